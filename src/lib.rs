@@ -1,7 +1,7 @@
 #![doc = include_str!("../docs/crate.md")]
 // A folder or file imports only what stands before it, and nothing imports `lights` or `wavelets` but `ffi`
 // (tests/imports.rs). Order of folders: `status`, `numeric`, `simd`, `sample`, `sphere`, `points`, `object`, `pool`,
-// `visibility`, `light`, `brdf`, `product`, `direct`, `render`, `lights`, `wavelets`, `ffi`.
+// `visibility`, `light`, `brdf`, `product`, `direct`, `lights`, `wavelets`, `ffi`, `render`.
 #![no_std]
 #![deny(unsafe_code, missing_docs)]
 
@@ -41,15 +41,15 @@ pub mod ffi;
 
 pub use brdf::compare::{Match, Mistake};
 pub use brdf::material::{Kind, Material, Shape};
-pub use brdf::point::{Fault, Point, Target};
+pub use brdf::point::{Point, Target};
 pub use brdf::portal::Portal;
 pub use direct::Ray;
 pub use direct::sampler::{Config, Sampler, Sequence};
 pub use light::batch::Drawn;
 pub use light::chart::Layout;
 pub use light::compare::{Cause, Comparison};
-pub use light::environment::{BuildError, Environment, Size};
+pub use light::environment::{Environment, Size};
 pub use light::plan::Filter;
 pub use render::{Block, Map};
 pub use simd::Level;
-pub use status::Status;
+pub use status::{Error, Status};

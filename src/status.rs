@@ -89,35 +89,84 @@ impl Status {
     }
 }
 
-/// What is wrong with a field of a struct.
+/// A status other than [`Status::Ok`], and where the fault is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Fault {
+pub struct Error {
     /// Other than [`Status::Ok`].
     pub status: Status,
-    /// The field's name in C.
-    pub field: &'static CStr,
+    /// The number of the argument in C, 1 = first; 0: not known.
+    pub argument: u32,
+    /// The field of the argument's struct, by its name in C.
+    pub field: Option<&'static CStr>,
+    /// The column of a texel; the number of an element in an inner array.
+    pub x: u32,
+    /// The row of a texel; the number of an element in an array.
+    pub y: u32,
+    /// [`Status::MemoryTooSmall`]: the bytes that are needed.
+    pub bytes: usize,
 }
 
-impl Fault {
-    /// A field out of its range.
-    pub const fn range(field: &'static CStr) -> Fault {
-        Fault { status: Status::InvalidArgument, field }
+impl Error {
+    /// An argument that is at fault.
+    pub const fn new(status: Status, argument: u32) -> Error {
+        Error { status, argument, field: None, x: 0, y: 0, bytes: 0 }
     }
 
-    /// Checks fields, each with whether it is in its range.
-    ///
-    /// # Errors
-    /// The first one that is not.
-    pub fn first<const N: usize>(fields: [(bool, &'static CStr); N]) -> core::result::Result<(), Fault> {
-        match fields.into_iter().find(|(holds, _)| !holds) {
-            Some((_, field)) => Err(Fault::range(field)),
-            None => Ok(()),
-        }
+    /// A field out of its range.
+    pub const fn range(field: &'static CStr) -> Error {
+        Error::new(Status::InvalidArgument, 0).of(field)
     }
 
     /// A field that is no direction, or no matrix.
-    pub const fn transform(field: &'static CStr) -> Fault {
-        Fault { status: Status::InvalidTransform, field }
+    pub const fn transform(field: &'static CStr) -> Error {
+        Error::new(Status::InvalidTransform, 0).of(field)
+    }
+
+    /// A block that is shorter than so many bytes.
+    pub const fn too_small(argument: u32, bytes: usize) -> Error {
+        Error { bytes, ..Error::new(Status::MemoryTooSmall, argument) }
+    }
+
+    /// The same at a field of the struct that the argument points to.
+    pub const fn of(self, field: &'static CStr) -> Error {
+        Error { field: Some(field), ..self }
+    }
+
+    /// The same of another argument.
+    pub const fn instead(self, argument: u32) -> Error {
+        Error { argument, ..self }
+    }
+
+    /// The same of another argument: of `memory` if that is too small, else of `input`.
+    pub fn of_build(self, [input, memory]: [u32; 2]) -> Error {
+        self.instead(if self.status == Status::MemoryTooSmall { memory } else { input })
+    }
+
+    /// The same at a texel.
+    pub const fn at(self, x: u32, y: u32) -> Error {
+        Error { x, y, ..self }
+    }
+
+    /// The same at an element of an array.
+    pub fn in_row(self, row: usize) -> Error {
+        Error { y: u32::try_from(row).unwrap_or(u32::MAX), ..self }
+    }
+
+    /// Checks fields of a struct, each with whether it is in its range.
+    ///
+    /// # Errors
+    /// The first one that is not.
+    pub fn first<const N: usize>(fields: [(bool, &'static CStr); N]) -> core::result::Result<(), Error> {
+        match fields.into_iter().find(|(holds, _)| !holds) {
+            Some((_, field)) => Err(Error::range(field)),
+            None => Ok(()),
+        }
+    }
+}
+
+impl From<Status> for Error {
+    fn from(status: Status) -> Error {
+        Error::new(status, 0)
     }
 }
 

@@ -2,13 +2,18 @@
 
 use std::ffi::{CStr, c_void};
 use std::ptr::{null, null_mut};
+use wis::ffi::check::{CheckConfig, wis_check};
 use wis::ffi::light::*;
+use wis::ffi::product::{GridConfig, wis_product_prepare};
+use wis::ffi::sampler::{SamplerConfig, wis_sampler_fault, wis_sampler_init};
+use wis::ffi::sampling::{wis_invert, wis_pdf, wis_sample};
 use wis::ffi::{Diagnostic, MemorySize};
 use wis::light::chart::Layout;
 use wis::light::decode::Pixels;
 use wis::light::environment::Environment;
 use wis::light::pixels::Format;
 use wis::light::plan::{Description, Filter, Plan};
+use wis::sample::Sample;
 use wis::sphere::Frame;
 use wis::status::Status;
 
@@ -182,10 +187,14 @@ fn for_each_config(mut test: impl FnMut(&str, LightConfig)) {
         let pixels = texels(width * height * 3);
         for filter in [WIS_FILTER_BILINEAR, WIS_FILTER_NEAREST] {
             let flags: &[u32] = match layout {
-                WIS_LAYOUT_LATLONG => {
-                    &[0, WIS_ENVIRONMENT_ROWS_AT_POLES, WIS_ENVIRONMENT_COMPENSATED, WIS_ENVIRONMENT_LIGHT_ONLY]
-                }
-                _ => &[0, WIS_ENVIRONMENT_EXACT_ZERO],
+                WIS_LAYOUT_LATLONG => &[
+                    0,
+                    WIS_ENVIRONMENT_ROWS_AT_POLES,
+                    WIS_ENVIRONMENT_COMPENSATED,
+                    WIS_ENVIRONMENT_LIGHT_ONLY,
+                    WIS_ENVIRONMENT_RAYS_ONLY,
+                ],
+                _ => &[0, WIS_ENVIRONMENT_EXACT_ZERO, WIS_ENVIRONMENT_RAYS_ONLY | WIS_ENVIRONMENT_COMPENSATED],
             };
             for &flags in flags {
                 for error_budget in [0.0, 0.2] {
@@ -226,6 +235,7 @@ fn the_same_bytes_as_in_rust() {
             exact_zero: config.flags & WIS_ENVIRONMENT_EXACT_ZERO != 0,
             compensated: config.flags & WIS_ENVIRONMENT_COMPENSATED != 0,
             light_only: config.flags & WIS_ENVIRONMENT_LIGHT_ONLY != 0,
+            rays_only: config.flags & WIS_ENVIRONMENT_RAYS_ONLY != 0,
             budget: config.error_budget,
         };
         let plan = Plan::new(&description).unwrap();
@@ -529,6 +539,51 @@ fn short_memory() {
     };
     assert_eq!(status, Status::Ok);
     assert!(memory.bytes()[..expected.len()] == expected);
+}
+
+/// What reads exact tables says that they were not built, and where.
+#[test]
+fn rays_alone() {
+    let pixels = texels(33 * 17);
+    let flags = WIS_ENVIRONMENT_RAYS_ONLY | WIS_ENVIRONMENT_COMPENSATED;
+    let mut memory = Memory::copy(&build(&LightConfig { flags, ..config(WIS_LAYOUT_LATLONG, 33, 17, &pixels) }));
+    assert_eq!(info_of(memory.bytes()).flags, flags);
+    let mut sampler = Memory::new(1 << 16, 0);
+    let settings = SamplerConfig { size: size_of::<SamplerConfig>() as u32, rays: 1, ..SamplerConfig::default() };
+    let environment = memory.pointer().cast_const().cast();
+    let (u, wi) = ([0.5f32; 2], [0.0f32, 0.0, 1.0]);
+    let (mut drawn, mut pdf, mut back, mut statuses) = (Sample::default(), -1.0f32, [-1.0f32; 2], [9u8]);
+    let prepared = GridConfig { size: size_of::<GridConfig>() as u32, ..GridConfig::default() };
+    let seen =
+        CheckConfig { size: size_of::<CheckConfig>() as u32, reserved: 0, radiance: None, radiance_user: null_mut() };
+    let mut handle = null_mut();
+    // SAFETY: all pointers are valid.
+    unsafe {
+        let status = wis_sampler_init(&settings, sampler.pointer(), 1 << 16, &mut handle, null_mut());
+        assert_eq!(status, Status::Ok);
+        let refused = |status| {
+            let mut at = Diagnostic::default();
+            assert_eq!(wis_sampler_fault(handle, &mut at), Status::Ok);
+            assert_eq!((status, at.argument, field(&at)), (Status::NotBuilt, 2, "flags"));
+        };
+        refused(wis_sample(handle, environment, null(), 1, u.as_ptr(), 0, &mut drawn, 0));
+        refused(wis_pdf(handle, environment, null(), 1, wi.as_ptr(), 0, &mut pdf, 0));
+        refused(wis_invert(
+            handle,
+            environment,
+            null(),
+            1,
+            wi.as_ptr(),
+            0,
+            back.as_mut_ptr(),
+            0,
+            statuses.as_mut_ptr(),
+        ));
+        refused(wis_check(handle, environment, &seen, null_mut()));
+        let (memory, offset, used) = (null_mut(), null_mut(), null_mut());
+        refused(wis_product_prepare(handle, environment, &prepared, 1, null(), memory, 0, offset, used));
+    }
+    assert_eq!((pdf, back, statuses), (-1.0, [-1.0; 2], [9]));
 }
 
 /// A pass waits for all items of those before it, and takes only its own items.

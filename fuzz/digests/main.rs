@@ -8,6 +8,7 @@ use wis::product::prepare::{Config as ProductConfig, prepare};
 use wis::product::stored::{MAX_DIVIDED, most_bytes};
 use wis::{
     Block, Config, Drawn, Environment, Filter, Layout, Level, Map, Material, Point, Ray, Sampler, Sequence, Shape,
+    Status,
 };
 
 const RAYS: usize = 16;
@@ -44,18 +45,18 @@ fn materials() -> Result<Vec<Material>, Box<dyn Error>> {
 }
 
 /// Samples of the light, their densities and the numbers that lead to them.
-fn of_light(sampler: &Sampler, light: &Environment) -> u64 {
+fn of_light(sampler: &Sampler, light: &Environment) -> Result<u64, Status> {
     let mut hash = ContentHash::new();
     let u: Vec<[f32; 2]> = (0..500).map(|i| sobol(3, i)).collect();
     let (mut drawn, mut pdf) = (vec![Drawn::default(); u.len()], vec![0.0; u.len()]);
-    sampler.sample(light, &u, &mut drawn);
+    sampler.sample(light, &u, &mut drawn)?;
     let wi: Vec<[f32; 3]> = drawn.iter().map(|drawn| drawn.wi).collect();
-    sampler.pdf(light, &wi, &mut pdf);
+    sampler.pdf(light, &wi, &mut pdf)?;
     for ((drawn, wi), pdf) in drawn.iter().zip(&wi).zip(pdf) {
         hash.add_floats(&[wi[0], wi[1], wi[2], drawn.pdf, pdf]);
         hash.add_floats(&sampler.invert(light, *wi).unwrap_or([-1.0; 2]));
     }
-    hash.finish()
+    Ok(hash.finish())
 }
 
 /// Rays of hits, and products.
@@ -105,7 +106,7 @@ fn digests(level: Level) -> Result<Vec<(String, u64)>, Box<dyn Error>> {
             let mut hash = ContentHash::new();
             words(&mut hash, light.as_bytes());
             all.push((format!("{name} environment"), hash.finish()));
-            all.push((format!("{name} samples"), of_light(&sampler, &light)));
+            all.push((format!("{name} samples"), of_light(&sampler, &light)?));
             for (number, material) in materials()?.iter().enumerate() {
                 let [rays, products] = of_hits(&mut sampler, &light, material)?;
                 all.push((format!("{name} material {number} rays"), rays));

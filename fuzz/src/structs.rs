@@ -63,7 +63,8 @@ fn environment(case: &mut Case, fields: &mut Fields) {
     let flags = if strata { 8 } else { case.random.below(32) as u64 };
     // Rows at the poles are a lat-long map's.
     let latlong = strata || flags & 1 != 0;
-    fields.word("flags", flags | if case.random.one_in(2) { 8 } else { 0 });
+    let (sanitise, rays) = (case.random.one_in(2), !strata && case.random.one_in(8));
+    fields.word("flags", flags | if sanitise { 8 } else { 0 } | if rays { 64 } else { 0 });
     fields.word("filter", case.random.below(2) as u64);
     fields.float("error_budget", budget(&mut case.random));
     frame(case, fields, "world_from_map");

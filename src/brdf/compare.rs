@@ -5,13 +5,14 @@
 
 use super::ggx::sin_cos_whole;
 use super::material::{ALPHA_RANGE, MAX_LOBES, Material, Shape};
-use super::point::{Fault, Point};
+use super::point::Point;
 use super::portal::Portal;
 use super::surface::Surface;
 use crate::numeric::{luminance, max, sqrt};
 use crate::points::hammersley;
 use crate::simd::{Four, Num};
 use crate::sphere::{Frame, SPHERE, direction};
+use crate::status::{Error, Status};
 use bytemuck::{Pod, Zeroable};
 use core::ffi::CStr;
 use glam::Vec3;
@@ -204,17 +205,17 @@ struct Compared<'a> {
 /// Compares a client's BRDF x cosine with the lobes of a point.
 ///
 /// # Errors
-/// What is wrong with the point; [`Fault::Target`] with the number of the direction at which the client failed, or answered a value
+/// What is wrong with the point; [`Status::CallbackFailed`] with the number of the direction at which the client failed, or answered a value
 /// that is NaN, infinite or negative.
-pub fn compare(point: &Point<'_>, frame: &Frame, f_cos: &mut FCos<'_>) -> Result<Match, (Fault, usize)> {
-    let given = Surface::new(point, frame).map_err(|fault| (fault, 0))?;
+pub fn compare(point: &Point<'_>, frame: &Frame, f_cos: &mut FCos<'_>) -> Result<Match, Error> {
+    let given = Surface::new(point, frame)?;
     let mut seen = [Seen::zeroed(); DIRECTIONS];
     let fit = Fit { error: 1.0, scale: 1.0 };
     let best =
         Match { mistake: Mistake::None, error: 0.0, explained: 0.0, scale: 1.0, lobe: 0, value: 0.0, angle: 0.0 };
     let mut compared = Compared { point, frame, seen: &mut seen, best, fit };
     compared.choose();
-    compared.look(f_cos).map_err(|direction| (Fault::Target, direction))?;
+    compared.look(f_cos).map_err(|direction| Error::new(Status::CallbackFailed, 0).of(c"target").in_row(direction))?;
     let as_given = compared.tried(point, Change::None);
     compared.fit = as_given;
     let below = if given.is_whole() { 0.0 } else { compared.below(given.normal()) };

@@ -1,8 +1,9 @@
 //! The shape of a material: what its lobes are, apart from where they are used and how strongly they reflect there.
 
 use crate::numeric::{ContentHash, min, sqrt};
-use crate::status::{Result, Status};
+use crate::status::Error;
 use bytemuck::{Pod, Zeroable};
+use core::ffi::CStr;
 
 /// The most lobes of a material.
 pub const MAX_LOBES: usize = 4;
@@ -70,17 +71,6 @@ pub struct Shape {
     pub eta: f32,
 }
 
-/// Which field of a lobe is out of its range.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Field {
-    /// `a`.
-    A,
-    /// `b`.
-    B,
-    /// `eta`.
-    Eta,
-}
-
 impl Shape {
     /// Diffuse reflection.
     pub const LAMBERT: Shape = Shape { kind: Kind::Lambert, a: 0.0, b: 0.0, eta: 1.0 };
@@ -100,16 +90,17 @@ impl Shape {
     }
 
     /// The first field that is out of its range.
-    pub fn invalid(&self) -> Option<Field> {
+    pub fn invalid(&self) -> Option<&'static CStr> {
         let alpha = |a: f32| (ALPHA_RANGE[0]..=ALPHA_RANGE[1]).contains(&a);
         match self.kind {
-            Kind::Phong => (!(0.0..=MAX_EXPONENT).contains(&self.a)).then_some(Field::A),
-            Kind::Ggx | Kind::GgxTransmission if !alpha(self.a) => Some(Field::A),
-            Kind::Ggx | Kind::GgxTransmission if !alpha(self.b) => Some(Field::B),
+            kind if Kind::from_code(kind.code()).is_none() => Some(c"kind"),
+            Kind::Phong => (!(0.0..=MAX_EXPONENT).contains(&self.a)).then_some(c"a"),
+            Kind::Ggx | Kind::GgxTransmission if !alpha(self.a) => Some(c"a"),
+            Kind::Ggx | Kind::GgxTransmission if !alpha(self.b) => Some(c"b"),
             Kind::Ggx => None,
             Kind::GgxTransmission => {
                 let bends = (ETA_RANGE[0]..=ETA_RANGE[1]).contains(&self.eta) && (self.eta - 1.0).abs() >= ETA_DISTANCE;
-                (!bends).then_some(Field::Eta)
+                (!bends).then_some(c"eta")
             }
             _ => None,
         }
@@ -136,17 +127,25 @@ impl Material {
     /// The material of some lobes.
     ///
     /// # Errors
-    /// [`Status::InvalidArgument`] for more than four lobes, or one with a field out of its range.
-    pub fn new(shapes: &[Shape]) -> Result<Material> {
-        if shapes.len() > MAX_LOBES || shapes.iter().any(|shape| shape.invalid().is_some()) {
-            return Err(Status::InvalidArgument);
-        }
+    /// More than four lobes, or a field of one that is out of its range.
+    pub fn new(shapes: &[Shape]) -> Result<Material, Error> {
         let mut material = Material { count: shapes.len() as u32, ..Material::NONE };
         for (slot, shape) in material.lobes.iter_mut().zip(shapes) {
             *slot = *shape;
         }
-        material.hash = material.seal();
+        material.hash = material.checked()?;
         Ok(material)
+    }
+
+    /// The seal of lobes that are in their ranges.
+    ///
+    /// # Errors
+    /// As [`Material::new`].
+    pub fn checked(&self) -> Result<u64, Error> {
+        Error::first([(self.count as usize <= MAX_LOBES, c"lobe_count")])?;
+        let mut faults = self.lobes().iter().map(Shape::invalid).enumerate();
+        let fault = faults.find_map(|(lobe, field)| field.map(|field| Error::range(field).in_row(lobe)));
+        fault.map_or(Ok(self.seal()), Err)
     }
 
     /// A hash of the lobes.

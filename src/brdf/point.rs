@@ -61,22 +61,3 @@ impl<'a> Point<'a> {
         }
     }
 }
-
-/// What is wrong with a point.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Fault {
-    /// The normal is not of unit length.
-    Normal,
-    /// wo is not of unit length.
-    Wo,
-    /// An anisotropic lobe needs a tangent that is not parallel to the normal; or it is not finite.
-    Tangent,
-    /// The weight of a lobe is negative or not finite.
-    Weight(usize),
-    /// The reflectance of a lobe is outside [0, 1].
-    F0(usize),
-    /// A portal is no rectangle, or not finite.
-    Portal(usize),
-    /// The target failed, or a value of it is NaN, infinite or negative.
-    Target,
-}

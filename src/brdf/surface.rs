@@ -4,11 +4,12 @@ use super::ggx::Ggx;
 use super::lambert;
 use super::material::{Kind, MAX_LOBES};
 use super::phong::Phong;
-use super::point::{Fault, Point};
+use super::point::Point;
 use super::vector::{any_tangent, dot};
 use crate::numeric::{self, ONE_MINUS_EPSILON, min, sqrt};
 use crate::simd::{Apart, Num};
 use crate::sphere::{Frame, unit};
+use crate::status::Error;
 use core::f32::consts::FRAC_1_PI;
 use glam::Vec3;
 
@@ -106,7 +107,7 @@ impl Surface {
     /// # Errors
     /// What is wrong with it.
     #[inline(always)]
-    pub fn new(point: &Point<'_>, frame: &Frame) -> Result<Surface, Fault> {
+    pub fn new(point: &Point<'_>, frame: &Frame) -> Result<Surface, Error> {
         let mut surface = Surface::EMPTY;
         surface.set(point, frame)?;
         Ok(surface)
@@ -117,14 +118,15 @@ impl Surface {
     /// # Errors
     /// As [`Surface::new`].
     #[inline(never)]
-    pub fn set(&mut self, point: &Point<'_>, frame: &Frame) -> Result<(), Fault> {
-        let normal = frame.to_map(unit(point.normal).ok_or(Fault::Normal)?);
-        let view = frame.to_map(unit(point.wo).ok_or(Fault::Wo)?);
+    pub fn set(&mut self, point: &Point<'_>, frame: &Frame) -> Result<(), Error> {
+        let normal = frame.to_map(unit(point.normal).ok_or(Error::transform(c"normal"))?);
+        let view = frame.to_map(unit(point.wo).ok_or(Error::transform(c"wo"))?);
         let material = point.material;
         self.whole = point.whole_sphere || material.transmits();
         self.cosine_included = point.cosine_included;
         let normal = if self.whole && view.dot(normal) < 0.0 { -normal } else { normal };
-        let tangent = tangent(normal, point.tangent, frame, material.is_anisotropic()).ok_or(Fault::Tangent)?;
+        let tangent =
+            tangent(normal, point.tangent, frame, material.is_anisotropic()).ok_or(Error::transform(c"tangent"))?;
         let bitangent = normal.cross(tangent);
         self.wo = [view.dot(tangent), view.dot(bitangent), view.dot(normal)];
         self.axes = [tangent.to_array(), bitangent.to_array(), normal.to_array()];
@@ -137,10 +139,10 @@ impl Surface {
             self.lobes.iter_mut().zip(material.lobes()).zip(parameters).enumerate()
         {
             if !weight.iter().all(|w| (0.0..=f32::MAX).contains(w)) {
-                return Err(Fault::Weight(index));
+                return Err(Error::range(c"weight").in_row(index));
             }
             if shape.kind.is_ggx() && !f0.iter().all(|f| (0.0..=1.0).contains(f)) {
-                return Err(Fault::F0(index));
+                return Err(Error::range(c"f0").in_row(index));
             }
             lobe.shape = match shape.kind {
                 Kind::Ggx => LobeShape::Ggx(Ggx::new([shape.a, shape.b], seen)),

@@ -8,11 +8,12 @@
 use super::joint::{Points, Set};
 use super::place::place;
 use crate::brdf::ggx::sin_cos_whole;
-use crate::brdf::point::{Fault, Point};
+use crate::brdf::point::Point;
 use crate::brdf::portal::{MAX_PORTALS, Portal};
 use crate::brdf::vector::dot;
 use crate::simd::{Apart, Compute, Level, Num, Whole, compute};
 use crate::sphere::Frame;
+use crate::status::Error;
 use bytemuck::{Pod, Zeroable};
 use core::f64::consts::PI;
 use glam::{DVec3, Vec3};
@@ -101,12 +102,12 @@ impl Portals {
     /// # Errors
     /// Which of them is no rectangle.
     #[inline(never)]
-    pub fn new(point: &Point<'_>, frame: &Frame) -> Result<Portals, Fault> {
+    pub fn new(point: &Point<'_>, frame: &Frame) -> Result<Portals, Error> {
         let rectangles = [Rectangle::default(); MAX_PORTALS];
         let mut portals = Portals { rectangles, count: 0, total: 0.0, inverse: 0.0, complete: point.portals_complete };
         let (mut slots, mut total) = (portals.rectangles.iter_mut(), 0.0);
         for (number, portal) in point.portals.iter().take(MAX_PORTALS).enumerate() {
-            let (rectangle, angle) = Rectangle::new(portal, frame).ok_or(Fault::Portal(number))?;
+            let (rectangle, angle) = Rectangle::new(portal, frame).ok_or(Error::range(c"portals").in_row(number))?;
             if angle > 0.0 {
                 let Some(slot) = slots.next() else { break };
                 *slot = rectangle;

@@ -7,11 +7,12 @@ use super::joint::Points;
 use super::pick::Pick;
 use super::portals::Portals;
 use super::shared::{self, Shared};
-use crate::brdf::point::{Fault, Point};
+use crate::brdf::point::Point;
 use crate::brdf::surface::Surface;
 use crate::light::environment::Environment;
 use crate::product::prepare::Work;
 use crate::simd::{Level, compute};
+use crate::status::{Error, Status};
 use bytemuck::{Pod, Zeroable};
 
 /// The most rays of a call that a sampler can be made for.
@@ -135,7 +136,7 @@ impl<'a> Sampler<'a> {
         at: Sequence,
         rays: usize,
         out: &mut [Ray],
-    ) -> Result<usize, Fault> {
+    ) -> Result<usize, Error> {
         let rays = rays.min(self.config.rays as usize).min(out.len());
         if rays == 0 || !(environment.header().power > 0.0) {
             return check(environment, point).map(|_| 0);
@@ -170,7 +171,7 @@ fn is_compensated(environment: &Environment<'_>, point: &Point<'_>) -> bool {
 
 /// The least alpha of lobes that scatter, or what is wrong with a point.
 #[inline(never)]
-fn check(environment: &Environment<'_>, point: &Point<'_>) -> Result<f32, Fault> {
+fn check(environment: &Environment<'_>, point: &Point<'_>) -> Result<f32, Error> {
     Portals::new(point, &environment.frame())?;
     Surface::new(point, &environment.frame()).map(|surface| surface.least_alpha())
 }
@@ -187,7 +188,7 @@ struct Call<'a> {
 impl Call<'_> {
     /// As [`Call::rays`], of a point with portals.
     #[inline(never)]
-    fn through(&self, scratch: &mut [f32], out: &mut [Ray]) -> Result<usize, Fault> {
+    fn through(&self, scratch: &mut [f32], out: &mut [Ray]) -> Result<usize, Error> {
         let portals = Portals::new(self.point, &self.environment.frame())?;
         match portals.is_empty() {
             true if portals.complete => check(self.environment, self.point).map(|_| 0),
@@ -198,7 +199,7 @@ impl Call<'_> {
 
     /// As many rays as there is room for. Apart from the preparation, so that the two share the stack.
     #[inline(never)]
-    fn rays(&self, scratch: &mut [f32], out: &mut [Ray], portals: Option<&Portals>) -> Result<usize, Fault> {
+    fn rays(&self, scratch: &mut [f32], out: &mut [Ray], portals: Option<&Portals>) -> Result<usize, Error> {
         let &Call { level, config, environment, point, points } = self;
         let frame = &environment.frame();
         let mut surface = Surface::EMPTY;
@@ -219,7 +220,7 @@ impl Call<'_> {
         }
         compute(level, DrawInto(&draw, candidates));
         if let Some(target) = point.target {
-            candidates.weigh_by(target, frame).ok_or(Fault::Target)?;
+            candidates.weigh_by(target, frame).ok_or(Error::new(Status::CallbackFailed, 0).of(c"target"))?;
         }
         if portals.is_some() {
             candidates.favour_portals();

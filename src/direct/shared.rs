@@ -6,13 +6,14 @@
 
 use super::Ray;
 use super::joint::Points;
-use crate::brdf::point::{Fault, Point};
+use crate::brdf::point::Point;
 use crate::light::batch::{Drawn, samples};
 use crate::light::environment::Environment;
 use crate::product::density::Shaded;
-use crate::product::prepare::{Config, DIVIDED, PrepareError, Work, prepare_in};
+use crate::product::prepare::{Config, DIVIDED, Work, prepare_in};
 use crate::product::stored::{Product, most_bytes};
 use crate::simd::Level;
+use crate::status::{Error, Status};
 
 /// The most products of a pixel. Where its hits differ more, preparing would take longer than it gains: with pixels as wide as the knot of
 /// `c-examples/pathtracer`, variance x time of hits under a compensated light is 1.06 times lower than where a new product takes the oldest's place.
@@ -89,7 +90,7 @@ impl<'a> Shared<'a> {
         environment: &Environment<'_>,
         point: &Point<'_>,
         work: &mut Work,
-    ) -> Result<Option<usize>, Fault> {
+    ) -> Result<Option<usize>, Error> {
         let prepared = self.prepared().min(MOST);
         for number in (0..prepared).rev() {
             let product = self.slot(number).and_then(|bytes| Product::view(bytes));
@@ -107,9 +108,9 @@ impl<'a> Shared<'a> {
         let memory = self.slot(prepared).unwrap_or_default();
         match prepare_in(level, environment, point, &config, work, memory) {
             Ok(_) => {}
-            Err(PrepareError::Point(fault)) => return Err(fault),
             // The memory is as long as any product, and aligned: this is never reached.
-            Err(_) => return Ok(None),
+            Err(Error { status: Status::MemoryTooSmall | Status::Misaligned, .. }) => return Ok(None),
+            Err(error) => return Err(error),
         }
         if let Some(state) = self.memory.first_chunk_mut::<8>() {
             *state = (prepared as u64 + 1).to_le_bytes();
@@ -130,7 +131,7 @@ impl<'a> Shared<'a> {
         points: &Points,
         work: &mut Work,
         out: &mut [Ray],
-    ) -> Result<Option<usize>, Fault> {
+    ) -> Result<Option<usize>, Error> {
         let Some(number) = self.serve(level, environment, point, work)? else { return Ok(None) };
         Ok(self.slot(number).and_then(|product| draw(environment, point, product, points, out)))
     }

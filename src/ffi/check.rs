@@ -2,11 +2,11 @@
 
 pub use crate::light::verdict::*;
 
-use super::light::{EnvironmentObject, environment as view};
+use super::light::{EnvironmentObject, exact};
 use super::sampler::{SamplerObject, with_sampler};
-use super::{Failure, put, sized};
+use super::{put, sized};
 use crate::light::compare::compare;
-use crate::status::{Fault, Status};
+use crate::status::{Error, Status};
 use core::ffi::{c_int, c_void};
 
 /// Writes the radiance that you see from `count` world directions, three floats each: linear RGB, three floats each, finite and at
@@ -34,7 +34,7 @@ pub struct CheckConfig {
 /// `radiance` of `config` is called for at most 64 world directions at a time: 256, half of them drawn from the light, and up to 25,000
 /// more that confirm an explanation. It answers the same for the same direction. What your map does not show is no mistake: a constant
 /// sky fits every frame. WIS_CALLBACK_FAILED for a radiance that is NaN, infinite or negative: `y` of the fault (wis_sampler_fault) is
-/// the number of the direction. Set `info->size` before. Costs 1 to 20 ms besides `radiance`. Work: constant.
+/// the number of the direction. WIS_NOT_BUILT for an environment with WIS_ENVIRONMENT_RAYS_ONLY. Set `info->size` before. Costs 1 to 20 ms besides `radiance`. Work: constant.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -48,16 +48,16 @@ pub unsafe extern "C" fn wis_check(
     // SAFETY: the caller's contract, also for what stands inside.
     unsafe {
         with_sampler(sampler, |_| {
-            let environment = view(environment, 2)?;
+            let environment = exact(environment, 2)?;
             let config = sized(config, 3)?;
-            Fault::first([(config.reserved == 0, c"reserved")]).map_err(|fault| Failure::fault(fault, 3))?;
-            let eval = config.radiance.ok_or(Failure::new(Status::NullPointer, 3).of(c"radiance"))?;
+            Error::first([(config.reserved == 0, c"reserved")]).map_err(|error| error.instead(3))?;
+            let eval = config.radiance.ok_or(Error::new(Status::NullPointer, 3).of(c"radiance"))?;
             sized(info.cast_const(), 4)?;
             let mut radiance = |wi: &[[f32; 3]], rgb: &mut [[f32; 3]]| {
                 let count = wi.len().min(rgb.len());
                 eval(config.radiance_user, count, wi.as_ptr().cast(), rgb.as_mut_ptr().cast()) == 0
             };
-            let failed = |direction| Failure::new(Status::CallbackFailed, 3).of(c"radiance").in_row(3, direction);
+            let failed = |direction| Error::new(Status::CallbackFailed, 3).of(c"radiance").in_row(direction);
             put(info, 4, compare(&environment, &mut radiance).map_err(failed).map(CheckInfo::from))
         })
     }

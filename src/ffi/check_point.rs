@@ -3,12 +3,12 @@
 pub use crate::brdf::verdict::*;
 
 use super::light::{EnvironmentObject, environment as view};
-use super::material::{PointData, failure, point as read_point};
+use super::material::{PointData, point as read_point};
 use super::sampler::{SamplerObject, with_sampler};
-use super::{Failure, put, sized};
+use super::{put, sized};
 use crate::brdf::compare::compare;
-use crate::brdf::point::{Fault, Target};
-use crate::status::Status;
+use crate::brdf::point::Target;
+use crate::status::{Error, Status};
 
 /// Compares your BSDF, the `target` of a point, with its lobes and names the likely mistake: a wo that is flipped, roughness for alpha, a
 /// cosine too many and the like cost no bias but many times the error, in silence. Call it once for a kind of material, or in a test.
@@ -34,16 +34,12 @@ pub unsafe extern "C" fn wis_check_point(
         with_sampler(sampler, |_| {
             let environment = view(environment, 2)?;
             let (data, material) = read_point(point, 3)?;
-            let target = data.target().ok_or(Failure::new(Status::NullPointer, 3).of(c"target"))?;
+            let target = data.target().ok_or(Error::new(Status::NullPointer, 3).of(c"target"))?;
             sized(verdict.cast_const(), 4)?;
             let mut f_cos = |wi: &[[f32; 3]], out: &mut [f32]| target.f_cos(wi, out);
-            let failed = |(fault, direction)| match fault {
-                Fault::Target => failure(fault, 3).in_row(3, direction),
-                _ => failure(fault, 3),
-            };
             let portals = data.portals(3)?;
             let found = compare(&data.kernel(material, None, None, portals), &environment.frame(), &mut f_cos);
-            put(verdict, 4, found.map_err(failed).map(PointVerdict::from))
+            put(verdict, 4, found.map_err(|error| error.instead(3)).map(PointVerdict::from))
         })
     }
 }

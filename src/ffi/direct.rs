@@ -1,7 +1,7 @@
 //! Direct light in C: the rays to trace at a hit.
 
 use super::light::{EnvironmentObject, environment as view};
-use super::material::{PointData, failure, point as read_point};
+use super::material::{PointData, point as read_point};
 use super::sampler::{SamplerObject, with_sampler};
 use super::visibility::factors;
 use super::{answer, borrow, out, put, require, slice_mut};
@@ -72,7 +72,7 @@ pub unsafe extern "C" fn wis_direct(
             let at = Sequence { seed: data.seed, sample: data.sample, bounce: data.bounce };
             let point = data.kernel(material, seen, target.as_ref(), portals);
             let got =
-                sampler.direct(&environment, &point, at, rays as usize, room).map_err(|fault| failure(fault, 3))?;
+                sampler.direct(&environment, &point, at, rays as usize, room).map_err(|error| error.instead(3))?;
             counted.write(got as u32);
             Ok(())
         })

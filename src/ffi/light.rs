@@ -3,15 +3,13 @@
 mod build;
 pub(in crate::ffi) mod rows;
 
-pub use crate::light::info::LightInfo;
-pub use crate::light::request::*;
-pub use rows::RowFn;
+pub use crate::light::config::*;
 
 use super::memory::{handle, stored_or};
-use super::{Checked, Diagnostic, Failure, MemorySize, answer, frame, out, put, put_size, sized};
+use super::{Checked, Diagnostic, MemorySize, answer, frame, out, put, put_size, sized};
+use crate::light::build::PASSES;
 use crate::light::environment::{Environment, Header, turn};
-use crate::light::passes::PASSES;
-use crate::status::Status;
+use crate::status::{Error, Status};
 use build::Build;
 use core::ffi::c_void;
 use core::ptr::null_mut;
@@ -25,40 +23,6 @@ pub struct EnvironmentObject {
     _opaque: [u8; 0],
 }
 
-/// The map, and what to build from it.
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct LightConfig {
-    /// sizeof(wis_environment_config).
-    pub size: u32,
-    /// WIS_LAYOUT_*.
-    pub layout: u32,
-    /// Texels in a row, 1 to 32768, also odd; more is WIS_OVERFLOW.
-    pub width: u32,
-    /// Rows, 1 to 32768; of a cube map all six faces. More is WIS_OVERFLOW.
-    pub height: u32,
-    /// 1 (luminance), 3 (RGB) or 4 (alpha is ignored), linear Rec. 709. Negative ones count as 0: clamp alike.
-    pub channels: u32,
-    /// WIS_FORMAT_*.
-    pub format: u32,
-    /// WIS_FILTER_*: how you look the map up.
-    pub filter: u32,
-    /// WIS_ENVIRONMENT_*, or 0.
-    pub flags: u32,
-    /// The relative standard deviation of radiance / pdf that coarser tables may add, 0 to 1; 0: every texel.
-    pub error_budget: f32,
-    /// Texel 0 of row 0, aligned to its format; or null, and `row` gives the rows, which need no alignment.
-    pub pixels: *const c_void,
-    /// Bytes from a row to the next, a multiple of a channel's, may be negative; 0: rows stand close together.
-    pub row_stride: isize,
-    /// Used if `pixels` is null; called from each thread that runs the first pass.
-    pub row: RowFn,
-    /// Handed to `row`.
-    pub row_user: *mut c_void,
-    /// A row-major 3x3 rotation or reflection, world = M map, within 1e-4; null is the identity. Copied.
-    pub world_from_map: *const f32,
-}
-
 /// The environment behind a pointer.
 ///
 /// # Safety
@@ -68,7 +32,19 @@ pub struct LightConfig {
 pub(super) unsafe fn environment<'a>(pointer: *const EnvironmentObject, argument: u32) -> Checked<Environment<'a>> {
     // SAFETY: the caller's contract.
     let bytes = unsafe { handle(pointer.cast(), Header::length, argument)? };
-    Environment::view(bytes).ok_or(Failure::new(Status::Mismatch, argument))
+    Environment::view(bytes).ok_or(Error::new(Status::Mismatch, argument))
+}
+
+/// As [`environment`]; it has the exact tables.
+///
+/// # Safety
+/// As [`environment`].
+#[inline(always)]
+pub(super) unsafe fn exact<'a>(pointer: *const EnvironmentObject, argument: u32) -> Checked<Environment<'a>> {
+    // SAFETY: the caller's contract.
+    let environment = unsafe { environment(pointer, argument)? };
+    let built = environment.exact().map(|_| environment);
+    built.map_err(|status| Error::new(status, argument).of(c"flags"))
 }
 
 /// Measures the memory of a build: bytes of the environment, at most, and bytes of scratch memory. What was built says how many of them
@@ -86,7 +62,7 @@ pub unsafe extern "C" fn wis_environment_size(
     // SAFETY: the caller's contract.
     answer(diagnostic, || unsafe {
         let (request, _) = read_config(config)?;
-        put_size(size, 2, build::size(&request))
+        put_size(size, 2, request.plan.size().map_err(|status| Error::new(status, 1)))
     })
 }
 
@@ -114,11 +90,7 @@ pub unsafe extern "C" fn wis_environment_init(
         // How long the block must be is known only when grids are chosen.
         super::check_block(memory.cast(), bytes, 0, 2)?;
         let handle = out(environment, 6)?;
-        let build = Build::begin(request, scratch, scratch_bytes, 4)?;
-        for (pass, count) in build.items().into_iter().enumerate() {
-            build.run(&rows, (memory, bytes), pass, 0..count)?;
-        }
-        build.finish(memory, bytes)?;
+        Build::begin(&request, scratch, scratch_bytes, 4)?.run_all(&rows, memory, bytes)?;
         handle.write(memory.cast_const().cast());
         Ok(())
     })
@@ -143,7 +115,7 @@ pub unsafe extern "C" fn wis_environment_begin(
     answer(diagnostic, || unsafe {
         let (request, _) = read_config(config)?;
         let target = out(items, 4)?;
-        target.write(Build::begin(request, scratch, scratch_bytes, 2)?.items());
+        target.write(Build::begin(&request, scratch, scratch_bytes, 2)?.items());
         Ok(())
     })
 }
@@ -170,8 +142,8 @@ pub unsafe extern "C" fn wis_environment_run(
     // SAFETY: the caller's contract.
     answer(diagnostic, || unsafe {
         let (request, rows) = read_config(config)?;
-        let invalid = |argument| Failure::new(Status::InvalidArgument, argument);
-        let build = Build::go_on(request, scratch, scratch_bytes, 4)?;
+        let invalid = |argument| Error::new(Status::InvalidArgument, argument);
+        let build = Build::go_on(&request, scratch, scratch_bytes, 4)?;
         let pass = pass as usize;
         let available = build.items().get(pass).copied().ok_or(invalid(6))?;
         let left = available.checked_sub(first).ok_or(invalid(7))?;
@@ -203,7 +175,7 @@ pub unsafe extern "C" fn wis_environment_finish(
     answer(diagnostic, || unsafe {
         let (request, _) = read_config(config)?;
         let handle = out(environment, 6)?;
-        let build = Build::go_on(request, scratch, scratch_bytes, 4)?;
+        let build = Build::go_on(&request, scratch, scratch_bytes, 4)?;
         build.require_before(PASSES)?;
         build.finish(memory, bytes)?;
         handle.write(memory.cast_const().cast());
@@ -228,7 +200,7 @@ pub unsafe extern "C" fn wis_environment_open(
     answer(diagnostic, || unsafe {
         let handle = out(environment, 3)?;
         let opened = Environment::open(stored_or(Status::Corrupt, memory, bytes, 1, Header::length)?);
-        opened.map_err(|status| Failure::new(status, 1))?;
+        opened.map_err(|status| Error::new(status, 1))?;
         handle.write(memory.cast());
         Ok(())
     })
@@ -284,12 +256,10 @@ pub unsafe extern "C" fn wis_environment_turn(
 pub(in crate::ffi) unsafe fn read_config(config: *const LightConfig) -> Checked<(Request, PixelRows)> {
     // SAFETY: the caller's contract.
     let c = unsafe { sized(config, 1)? };
-    let &LightConfig { layout, width, height, channels, format, filter, flags, error_budget, .. } = c;
-    let map = MapNumbers { layout, width, height, channels, format };
-    let numbers = Numbers { map, filter, flags, error_budget };
-    let mut request = Request::new(&numbers).map_err(|fault| Failure::fault(fault, 1))?;
-    let source = rows::Source { pixels: c.pixels, row_stride: c.row_stride, row: c.row, row_user: c.row_user };
-    let rows = PixelRows::new(source, request.pixels.format, request.row_bytes(), height)?;
+    let mut request = Request::new(c).map_err(|error| error.instead(1))?;
+    let &LightConfig { pixels, row_stride, row, row_user, height, .. } = c;
+    let rows = PixelRows { pixels, row_stride, row, row_user, row_bytes: request.row_bytes() };
+    let rows = rows.checked(request.pixels.format, height)?;
     // SAFETY: the caller's contract: null or nine floats.
     request.frame = unsafe { frame(c.world_from_map.cast(), 1) }.map_err(|at| at.of(c"world_from_map"))?;
     Ok((request, rows))

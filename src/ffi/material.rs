@@ -1,13 +1,13 @@
 //! Materials and points in C.
 
 use super::visibility::VisibilityCacheObject;
-use super::{Checked, Diagnostic, Failure, answer, out, pointer};
-use crate::brdf::material::{Field, Kind, MAX_LOBES, Material, Shape};
-use crate::brdf::point::{Fault, Point, Target};
+use super::{Checked, Diagnostic, answer, out, pointer};
+use crate::brdf::material::Material;
+use crate::brdf::point::{Point, Target};
 use crate::brdf::portal::{MAX_PORTALS, Portal};
-use crate::status::Status;
+use crate::status::{Error, Status};
 use crate::visibility::Factors;
-use core::ffi::{CStr, c_int, c_void};
+use core::ffi::{c_int, c_void};
 
 /// Lobes of a material.
 pub const WIS_MAX_LOBES: usize = 4;
@@ -139,17 +139,6 @@ impl Target for ClientTarget {
     }
 }
 
-fn shape(lobe: &LobeData) -> Result<Shape, &'static CStr> {
-    let kind = Kind::from_code(lobe.kind).ok_or(c"kind")?;
-    let shape = Shape { kind, a: lobe.a, b: lobe.b, eta: lobe.eta };
-    match shape.invalid() {
-        None => Ok(shape),
-        Some(Field::A) => Err(c"a"),
-        Some(Field::B) => Err(c"b"),
-        Some(Field::Eta) => Err(c"eta"),
-    }
-}
-
 /// Checks the shapes of a material and writes its hash. Costs 20 ns: also good for one hit, where a texture gives the roughness.
 /// WIS_INVALID_ARGUMENT names the field; `y` of the diagnostic is the number of the lobe. Work: lobes.
 ///
@@ -160,24 +149,11 @@ pub unsafe extern "C" fn wis_material_init(material: *mut MaterialData, diagnost
     // SAFETY: the caller's contract.
     answer(diagnostic, || unsafe {
         let target = out(material, 1)?;
-        let data = *super::sized(target, 1)?;
-        let (shapes, count) = shapes(&data)?;
-        let prepared = Material::new(shapes.get(..count).unwrap_or(&[])).map_err(|status| Failure::new(status, 1))?;
-        (*target).hash = prepared.hash();
+        let _: &MaterialData = super::sized(target, 1)?;
+        // SAFETY: both structs are the same plain numbers.
+        (*target).hash = (*target.cast::<Material>()).checked().map_err(|error| error.instead(1))?;
         Ok(())
     })
-}
-
-fn shapes(data: &MaterialData) -> Checked<([Shape; MAX_LOBES], usize)> {
-    let count = data.lobe_count as usize;
-    if count > MAX_LOBES {
-        return Err(Failure::new(Status::InvalidArgument, 1).of(c"lobe_count"));
-    }
-    let mut shapes = [Shape::LAMBERT; MAX_LOBES];
-    for (index, (slot, lobe)) in shapes.iter_mut().zip(&data.lobe).take(count).enumerate() {
-        *slot = shape(lobe).map_err(|field| Failure::new(Status::InvalidArgument, 1).of(field).in_row(1, index))?;
-    }
-    Ok((shapes, count))
 }
 
 /// A material that wis_material_init checked.
@@ -190,11 +166,11 @@ pub(super) unsafe fn material<'a>(data: *const MaterialData, argument: u32) -> C
     if data.is_null() {
         return Ok(&Material::NONE);
     }
-    let at = |failure: Failure| failure.instead(argument).of(c"material");
+    let at = |failure: Error| failure.instead(argument).of(c"material");
     // SAFETY: not null, and aligned; the caller states what it points to, and both structs are the same plain numbers.
     let material: &Material = unsafe { &*pointer(data, argument).map_err(at)?.cast() };
     // wis_material_init was forgotten, or failed, or the lobes were changed after it.
-    if material.is_sealed() { Ok(material) } else { Err(Failure::new(Status::NotBuilt, argument).of(c"material")) }
+    if material.is_sealed() { Ok(material) } else { Err(Error::new(Status::NotBuilt, argument).of(c"material")) }
 }
 
 /// A point with its material.
@@ -207,7 +183,7 @@ pub(super) unsafe fn point<'a>(data: *const PointData, argument: u32) -> Checked
     unsafe {
         let data: &PointData = super::sized(data, argument)?;
         if data.flags & !POINT_FLAGS != 0 {
-            return Err(Failure::new(Status::InvalidArgument, argument).of(c"flags"));
+            return Err(Error::new(Status::InvalidArgument, argument).of(c"flags"));
         }
         let material = material(data.material, argument)?;
         Ok((data, material))
@@ -259,18 +235,4 @@ impl PointData {
             portals_complete: self.flags & WIS_POINT_PORTALS_COMPLETE != 0,
         }
     }
-}
-
-/// What is wrong with a point, as a failure of an argument.
-pub(super) fn failure(fault: Fault, argument: u32) -> Failure {
-    let (status, field, row) = match fault {
-        Fault::Normal => (Status::InvalidTransform, c"normal", 0),
-        Fault::Wo => (Status::InvalidTransform, c"wo", 0),
-        Fault::Tangent => (Status::InvalidTransform, c"tangent", 0),
-        Fault::Weight(lobe) => (Status::InvalidArgument, c"weight", lobe),
-        Fault::F0(lobe) => (Status::InvalidArgument, c"f0", lobe),
-        Fault::Target => (Status::CallbackFailed, c"target", 0),
-        Fault::Portal(portal) => (Status::InvalidArgument, c"portals", portal),
-    };
-    Failure::new(status, argument).of(field).in_row(argument, row)
 }

@@ -1,9 +1,9 @@
 //! The client's memory: arrays; objects that say in a header how long they are, to write, to open, and behind a handle; and
 //! blocks in which threads work together. Whatever is written is written through what this file lends.
 
-use super::{Checked, Failure, WIS_ALIGNMENT, borrow, pointer};
+use super::{Checked, WIS_ALIGNMENT, borrow, pointer};
 use crate::object::{Magic, Part};
-use crate::status::Status;
+use crate::status::{Error, Status};
 use core::ffi::c_void;
 use core::slice as parts;
 
@@ -36,18 +36,18 @@ pub(crate) unsafe fn slice<'a, T>(start: *const T, count: usize, argument: u32) 
 fn check_bytes<T>(count: usize, argument: u32) -> Checked<()> {
     match count.checked_mul(size_of::<T>()) {
         Some(bytes) if bytes <= isize::MAX as usize => Ok(()),
-        _ => Err(Failure::new(Status::Overflow, argument)),
+        _ => Err(Error::new(Status::Overflow, argument)),
     }
 }
 
 pub(crate) fn check_block(start: *const u8, bytes: usize, needed: usize, argument: u32) -> Checked<()> {
     if start.is_null() {
-        return Err(Failure::new(Status::NullPointer, argument));
+        return Err(Error::new(Status::NullPointer, argument));
     }
     if start.addr() % WIS_ALIGNMENT != 0 {
-        return Err(Failure::new(Status::Misaligned, argument));
+        return Err(Error::new(Status::Misaligned, argument));
     }
-    if bytes < needed { Err(Failure::too_small(argument, needed)) } else { Ok(()) }
+    if bytes < needed { Err(Error::too_small(argument, needed)) } else { Ok(()) }
 }
 
 /// The first bytes of a block, to write.
@@ -80,11 +80,11 @@ pub(crate) unsafe fn stored_or<'a, H: Magic>(
     check_block(start.cast(), bytes, 0, argument)?;
     // SAFETY: not null, aligned and long enough, by the checks and this function's contract.
     if bytes >= size_of::<u64>() && unsafe { start.cast::<u64>().read() } != H::MAGIC {
-        return Err(Failure::new(none, argument).of(c"magic"));
+        return Err(Error::new(none, argument).of(c"magic"));
     }
     check_block(start.cast(), bytes, size_of::<H>(), argument)?;
     // SAFETY: not null, aligned and long enough, by the check and this function's contract.
-    let length = length(unsafe { &*start.cast::<H>() }).ok_or(Failure::new(none, argument))?;
+    let length = length(unsafe { &*start.cast::<H>() }).ok_or(Error::new(none, argument))?;
     check_block(start.cast(), bytes, length, argument)?;
     // SAFETY: as above.
     Ok(unsafe { parts::from_raw_parts(start.cast(), length) })
@@ -98,7 +98,7 @@ pub(crate) unsafe fn stored_or<'a, H: Magic>(
 pub(crate) unsafe fn header<'a, H>(start: *const u8, argument: u32) -> Checked<&'a H> {
     // SAFETY: the caller's contract.
     let header = unsafe { borrow(start.cast::<H>(), argument)? };
-    if start.addr() % WIS_ALIGNMENT == 0 { Ok(header) } else { Err(Failure::new(Status::Misaligned, argument)) }
+    if start.addr() % WIS_ALIGNMENT == 0 { Ok(header) } else { Err(Error::new(Status::Misaligned, argument)) }
 }
 
 /// The bytes of the object that a handle points to.
@@ -112,7 +112,7 @@ pub(crate) unsafe fn handle<'a, H>(
     argument: u32,
 ) -> Checked<&'a [u8]> {
     // SAFETY: the caller's contract.
-    let length = length(unsafe { header(start, argument)? }).ok_or(Failure::new(Status::Mismatch, argument))?;
+    let length = length(unsafe { header(start, argument)? }).ok_or(Error::new(Status::Mismatch, argument))?;
     // SAFETY: an object of this version is as long as its header says.
     Ok(unsafe { parts::from_raw_parts(start, length) })
 }

@@ -25,7 +25,7 @@ pub mod wavelets;
 mod control;
 
 use crate::object::Size;
-use crate::status::{Fault, Status};
+use crate::status::{Error, Status};
 use control::FloatControl;
 use core::ffi::{CStr, c_char};
 pub(crate) use memory::{check_block, slice, slice_mut};
@@ -71,6 +71,13 @@ impl Default for Diagnostic {
     }
 }
 
+impl From<Error> for Diagnostic {
+    fn from(Error { argument, field, x, y, bytes, .. }: Error) -> Diagnostic {
+        let field = field.map_or(core::ptr::null(), CStr::as_ptr);
+        Diagnostic { argument, x, y, reserved: 0, bytes_needed: bytes as u64, field }
+    }
+}
+
 /// A sentence for a log; a static string, also for a value that is not a status. Work: constant.
 #[unsafe(no_mangle)]
 pub extern "C" fn wis_status_string(status: u32) -> *const c_char {
@@ -84,63 +91,7 @@ pub extern "C" fn wis_version() -> u32 {
     WIS_VERSION
 }
 
-/// A status other than `WIS_OK`, and where the fault is.
-#[derive(Clone, Copy)]
-pub(crate) struct Failure {
-    status: Status,
-    diagnostic: Diagnostic,
-}
-
-impl Failure {
-    pub(crate) fn new(status: Status, argument: u32) -> Failure {
-        Failure { status, diagnostic: Diagnostic { argument, ..Diagnostic::default() } }
-    }
-
-    pub(crate) fn too_small(argument: u32, bytes_needed: usize) -> Failure {
-        let diagnostic = Diagnostic { argument, bytes_needed: bytes_needed as u64, ..Diagnostic::default() };
-        Failure { status: Status::MemoryTooSmall, diagnostic }
-    }
-
-    pub(crate) fn at(status: Status, argument: u32, x: u32, y: u32) -> Failure {
-        Failure { status, diagnostic: Diagnostic { argument, x, y, ..Diagnostic::default() } }
-    }
-}
-
-impl Failure {
-    /// The same failure, at a field of the struct that the argument points to.
-    pub(crate) fn of(self, field: &'static CStr) -> Failure {
-        Failure { diagnostic: Diagnostic { field: field.as_ptr(), ..self.diagnostic }, ..self }
-    }
-
-    /// The same failure, of another argument.
-    pub(crate) fn instead(self, argument: u32) -> Failure {
-        Failure { diagnostic: Diagnostic { argument, ..self.diagnostic }, ..self }
-    }
-
-    /// Whether it is this argument's.
-    pub(crate) fn is_of(&self, argument: u32) -> bool {
-        self.diagnostic.argument == argument
-    }
-
-    /// What is wrong with a struct.
-    pub(crate) fn fault(fault: Fault, argument: u32) -> Failure {
-        Failure::new(fault.status, argument).of(fault.field)
-    }
-
-    /// The same failure, at an element of the array that an argument points to.
-    pub(crate) fn in_row(self, argument: u32, row: usize) -> Failure {
-        let y = u32::try_from(row).unwrap_or(u32::MAX);
-        Failure { diagnostic: Diagnostic { argument, y, ..self.diagnostic }, ..self }
-    }
-}
-
-impl From<Status> for Failure {
-    fn from(status: Status) -> Failure {
-        Failure::new(status, 0)
-    }
-}
-
-pub(crate) type Checked<T> = core::result::Result<T, Failure>;
+pub(crate) type Checked<T> = core::result::Result<T, Error>;
 
 /// Runs the body of an entry point that computes: under the default floating-point control word, with its failure
 /// written to the caller's diagnostic, if any.
@@ -154,19 +105,19 @@ pub(crate) fn answer(diagnostic: *mut Diagnostic, body: impl FnOnce() -> Checked
     drop(control);
     match result {
         Ok(()) => Status::Ok,
-        Err(failure) => {
+        Err(error) => {
             if !diagnostic.is_null() {
                 // SAFETY: not null, and checked to be aligned; the caller gives a diagnostic or null.
-                unsafe { diagnostic.write(failure.diagnostic) };
+                unsafe { diagnostic.write(error.into()) };
             }
-            failure.status
+            error.status
         }
     }
 }
 
 /// Checks that an argument is what it must be.
 pub(crate) fn require(holds: bool, status: Status, argument: u32) -> Checked<()> {
-    if holds { Ok(()) } else { Err(Failure::new(status, argument)) }
+    if holds { Ok(()) } else { Err(Error::new(status, argument)) }
 }
 
 /// Checks that each element of the array that an argument points to is in its range.
@@ -178,7 +129,7 @@ pub(crate) fn require_all<T>(elements: &[T], argument: u32, holds: impl Fn(&T) -
 /// Refuses the element at fault, if there is one, of the array that an argument points to.
 #[cfg(any(feature = "lights", feature = "wavelets"))]
 pub(crate) fn require_none(at_fault: Option<usize>, argument: u32) -> Checked<()> {
-    let refuse = |row| Err(Failure::new(Status::InvalidArgument, argument).in_row(argument, row));
+    let refuse = |row| Err(Error::new(Status::InvalidArgument, argument).in_row(row));
     at_fault.map_or(Ok(()), refuse)
 }
 
@@ -186,9 +137,9 @@ pub(crate) fn require_none(at_fault: Option<usize>, argument: u32) -> Checked<()
 #[inline(always)]
 pub(crate) fn pointer<T>(pointer: *const T, argument: u32) -> Checked<*const T> {
     if pointer.is_null() {
-        Err(Failure::new(Status::NullPointer, argument))
+        Err(Error::new(Status::NullPointer, argument))
     } else if !pointer.is_aligned() {
-        Err(Failure::new(Status::Misaligned, argument))
+        Err(Error::new(Status::Misaligned, argument))
     } else {
         Ok(pointer)
     }
@@ -243,7 +194,7 @@ pub(crate) unsafe fn sized<'a, T>(source: *const T, argument: u32) -> Checked<&'
     // SAFETY: not null, aligned for T and so for its first field, which is a u32 in each of these structs.
     let size = unsafe { source.cast::<u32>().read() };
     if size as usize != size_of::<T>() {
-        return Err(Failure::new(Status::InvalidStructSize, argument).of(c"size"));
+        return Err(Error::new(Status::InvalidStructSize, argument).of(c"size"));
     }
     // SAFETY: the caller states that the struct is this long.
     Ok(unsafe { &*source })
@@ -259,5 +210,5 @@ pub(crate) unsafe fn frame(world_from_map: *const [f32; 9], argument: u32) -> Ch
     }
     // SAFETY: not null; the caller states that nine floats follow.
     let rows = unsafe { borrow(world_from_map, argument)? };
-    crate::sphere::Frame::new(rows).ok_or(Failure::new(Status::InvalidTransform, argument))
+    crate::sphere::Frame::new(rows).ok_or(Error::new(Status::InvalidTransform, argument))
 }

@@ -1,10 +1,10 @@
 //! The pooled resampler in C.
 
 use super::strided::Strided;
-use super::{Diagnostic, Failure, MemorySize, answer, check_block, out, put_size, sized, slice_mut};
+use super::{Diagnostic, MemorySize, answer, check_block, out, put_size, sized, slice_mut};
 use crate::object::Size;
 use crate::pool::{self, MAX_CANDIDATES, Pick};
-use crate::status::{Fault, Status};
+use crate::status::{Error, Status};
 use core::ffi::c_void;
 use core::ptr::null_mut;
 
@@ -41,7 +41,7 @@ pub struct Candidates {
 pub unsafe extern "C" fn wis_pool_size(count: usize, size: *mut MemorySize) -> Status {
     // SAFETY: the caller's contract.
     answer(null_mut(), || unsafe {
-        let bytes = pool::scratch_bytes(count).ok_or(Failure::new(Status::Overflow, 1))?;
+        let bytes = pool::scratch_bytes(count).ok_or(Error::new(Status::Overflow, 1))?;
         put_size(size, 2, Ok(Size { bytes, scratch: 0 }))
     })
 }
@@ -75,8 +75,8 @@ pub unsafe extern "C" fn wis_pool_pick(
     // SAFETY: the caller's contract; all indices are below the count.
     answer(diagnostic, || unsafe {
         let &Candidates { reserved, count, wi, wi_stride, weight, weight_stride, .. } = sized(candidates, 1)?;
-        Fault::first([(reserved == 0, c"reserved")]).map_err(|fault| Failure::fault(fault, 1))?;
-        let overflow = Failure::new(Status::Overflow, 1).of(c"count");
+        Error::first([(reserved == 0, c"reserved")]).map_err(|error| error.instead(1))?;
+        let overflow = Error::new(Status::Overflow, 1).of(c"count");
         let needed = pool::scratch_bytes(count).ok_or(overflow)?;
         let wi = Strided::<3>::in_struct((wi, c"wi"), (wi_stride, c"wi_stride"), count, 1)?;
         let weight = Strided::<1>::in_struct((weight, c"weight"), (weight_stride, c"weight_stride"), count, 1)?;
@@ -85,7 +85,7 @@ pub unsafe extern "C" fn wis_pool_pick(
         let chosen = slice_mut(pick, picks as usize, 6)?;
         let (pick_count, weight_sum) = (out(pick_count, 7)?, out(weight_sum, 8)?);
         let picked = pool::resample(count, |i| wi.read(i), |i| weight.read(i)[0], u, keys, chosen);
-        let at_fault = |row| Failure::fault(Fault::range(c"weight"), 1).in_row(1, row);
+        let at_fault = |row| Error::range(c"weight").instead(1).in_row(row);
         let (written, sum) = picked.map_err(at_fault)?;
         pick_count.write(written);
         weight_sum.write(sum);

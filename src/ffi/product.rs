@@ -1,18 +1,18 @@
 //! Products in C: prepared at shading points, for wis_sample, wis_pdf and wis_invert.
 
-use super::light::{EnvironmentObject, environment as view};
-use super::material::{PointData, failure, point as read_point};
+use super::light::{EnvironmentObject, environment as view, exact};
+use super::material::{PointData, point as read_point};
 use super::memory::{handle, stored_or};
 use super::sampler::{SamplerObject, with_level};
-use super::{Checked, Diagnostic, Failure, MemorySize, answer, check_block, out, put, put_size, sized, slice_mut};
+use super::{Checked, Diagnostic, MemorySize, answer, check_block, out, put, put_size, sized, slice_mut};
 use crate::light::environment::Environment;
 use crate::object::{self, Size};
 use crate::product::check;
 use crate::product::density::Shaded;
 pub use crate::product::info::GridInfo;
-use crate::product::prepare::{Config, DIVIDED, PrepareError, prepare};
+use crate::product::prepare::{Config, DIVIDED, prepare};
 use crate::product::stored::{Header, MAX_DIVIDED, Product, most_bytes};
-use crate::status::{Fault, Status};
+use crate::status::{Error, Status};
 use core::ffi::c_void;
 use core::ptr::null_mut;
 
@@ -43,12 +43,12 @@ pub struct GridConfig {
 }
 
 fn checked(config: &GridConfig, argument: u32) -> Checked<Config> {
-    Fault::first([
+    Error::first([
         (config.flags & !(WIS_PRODUCT_UNDIVIDED | WIS_PRODUCT_CHECKSUM) == 0, c"flags"),
         (config.divided_cells as usize <= MAX_DIVIDED, c"divided_cells"),
         ((0.0..=core::f32::consts::FRAC_PI_2).contains(&config.cone), c"cone"),
     ])
-    .map_err(|fault| Failure::fault(fault, argument))?;
+    .map_err(|error| error.instead(argument))?;
     let divided = match config.divided_cells as usize {
         _ if config.flags & WIS_PRODUCT_UNDIVIDED != 0 => 0,
         0 => DIVIDED,
@@ -98,10 +98,10 @@ pub unsafe extern "C" fn wis_product_prepare(
     // SAFETY: the caller's contract, also for what stands inside.
     unsafe {
         with_level(sampler, |level| {
-            let environment = view(environment, 2)?;
+            let environment = exact(environment, 2)?;
             let flags = sized(config, 3)?.flags;
             let config = checked(sized(config, 3)?, 3)?;
-            let overflow = Failure::new(Status::Overflow, 4);
+            let overflow = Error::new(Status::Overflow, 4);
             let needed = most_bytes(config.divided).checked_mul(count).ok_or(overflow)?;
             if isize::try_from(needed).is_err() {
                 return Err(overflow);
@@ -115,7 +115,7 @@ pub unsafe extern "C" fn wis_product_prepare(
             let memory = slice_mut(memory.cast::<u8>(), needed, 6)?;
             let mut end = 0;
             for i in 0..count {
-                let (data, material) = read_point(point.add(i), 5).map_err(|failure| failure.in_row(5, i))?;
+                let (data, material) = read_point(point.add(i), 5).map_err(|failure| failure.in_row(i))?;
                 let room = memory.get_mut(end..).unwrap_or_default();
                 end += prepare(level, &environment, &data.kernel(material, None, None, &[]), &config, room)
                     .map_err(|error| refused(error, i))?;
@@ -141,13 +141,12 @@ fn write_offsets(memory: &[u8], offsets: &mut [usize]) {
 }
 
 /// Why the point of this number has no product.
-fn refused(error: PrepareError, row: usize) -> Failure {
-    match error {
+fn refused(error: Error, row: usize) -> Error {
+    match error.status {
+        Status::MemoryTooSmall | Status::Misaligned => error.instead(6),
+        Status::NotBuilt => error.instead(2),
         // A lobe's number stands in the row of a single point; of many the point counts.
-        PrepareError::Point(fault) => failure(fault, 5).in_row(5, row),
-        PrepareError::TooSmall(bytes) => Failure::too_small(6, bytes),
-        PrepareError::Status(Status::NotBuilt) => Failure::new(Status::NotBuilt, 2),
-        PrepareError::Status(status) => Failure::new(status, 6),
+        _ => error.instead(5).in_row(row),
     }
 }
 
@@ -173,7 +172,7 @@ pub unsafe extern "C" fn wis_product_open(
         let handle = out(product, 4)?;
         let bytes = stored_or(Status::Corrupt, memory, bytes, 2, Header::stored_length)?;
         let at = |status| if status == Status::Corrupt { 2 } else { 1 };
-        check::open(bytes, &environment).map_err(|status| Failure::new(status, at(status)))?;
+        check::open(bytes, &environment).map_err(|status| Error::new(status, at(status)))?;
         handle.write(memory.cast());
         Ok(())
     })
@@ -193,7 +192,7 @@ pub unsafe extern "C" fn wis_product_describe(
     // SAFETY: the caller's contract.
     answer(null_mut(), || unsafe {
         let environment = view(environment, 1)?;
-        let shaded = shaded(product, &environment, 2)?.ok_or(Failure::new(Status::NullPointer, 2))?;
+        let shaded = shaded(product, &environment, 2)?.ok_or(Error::new(Status::NullPointer, 2))?;
         sized(info.cast_const(), 3)?;
         put(info, 3, Ok(GridInfo::of(&shaded, &environment)))
     })
@@ -228,7 +227,7 @@ pub unsafe extern "C" fn wis_product_covers(
 unsafe fn opened<'a>(product: *const ProductObject, argument: u32) -> Checked<Product<'a>> {
     // SAFETY: the caller's contract.
     let bytes = unsafe { handle(product.cast(), Header::length, argument)? };
-    Product::view(bytes).ok_or(Failure::new(Status::Mismatch, argument))
+    Product::view(bytes).ok_or(Error::new(Status::Mismatch, argument))
 }
 
 /// The product behind a pointer, with the light that it was prepared for; `None` for null: the light alone.
@@ -247,7 +246,7 @@ pub(super) unsafe fn shaded<'a>(
     // SAFETY: the caller's contract.
     let product = unsafe { opened(product, argument)? };
     if product.header.environment != environment.header().content_id {
-        return Err(Failure::new(Status::Mismatch, argument));
+        return Err(Error::new(Status::Mismatch, argument));
     }
     Ok(Some(Shaded { light: environment.tables(), product }))
 }

@@ -1,13 +1,13 @@
 //! Samplers in C: the working memory of a thread.
 
 use super::{
-    Checked, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, check_block, memory, out, put_size, require,
-    sized, slice_mut,
+    Checked, Diagnostic, MemorySize, WIS_ALIGNMENT, answer, check_block, memory, out, put_size, require, sized,
+    slice_mut,
 };
 use crate::direct::sampler::{Config, MAX_PER_RAY, MAX_RAYS, Sampler};
 use crate::object::Size;
 use crate::simd::Level;
-use crate::status::{Fault, Status};
+use crate::status::{Error, Status};
 use core::ffi::c_void;
 
 /// Detect the instructions of this processor.
@@ -63,18 +63,18 @@ fn level(number: u32) -> Checked<Level> {
         WIS_CPU_DETECT => Ok(detected),
         WIS_CPU_BASELINE => Ok(Level::BASELINE),
         WIS_CPU_AVX2 if has_lanes => Ok(detected),
-        _ => Err(Failure::new(Status::InvalidArgument, 1).of(c"cpu_level")),
+        _ => Err(Error::new(Status::InvalidArgument, 1).of(c"cpu_level")),
     }
 }
 
 fn checked(config: &SamplerConfig) -> Checked<Config> {
-    Fault::first([
+    Error::first([
         (config.rays as usize <= MAX_RAYS, c"rays"),
         (config.candidates_per_ray as usize <= MAX_PER_RAY, c"candidates_per_ray"),
         (config.cpu_level <= WIS_CPU_AVX2, c"cpu_level"),
         (config.reserved == 0, c"reserved"),
     ])
-    .map_err(|fault| Failure::fault(fault, 1))?;
+    .map_err(|error| error.instead(1))?;
     let rays = if config.rays == 0 { RAYS } else { config.rays };
     let (candidates_per_ray, hits_per_pixel) = (config.candidates_per_ray, config.hits_per_pixel);
     Ok(Config { rays, candidates_per_ray, hits_per_pixel, reserved: 0 })

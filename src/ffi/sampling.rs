@@ -1,6 +1,6 @@
 //! Sample, pdf and invert in C: one call each, for the light or a product, for one direction or many.
 
-use super::light::{EnvironmentObject, environment as view};
+use super::light::{EnvironmentObject, exact};
 use super::product::{ProductObject, shaded};
 use super::sampler::{SamplerObject, with_level};
 use super::slice_mut;
@@ -13,7 +13,8 @@ use bytemuck::cast_slice_mut;
 
 /// Draws `count` directions in proportion to a product, or, if `product` is null, to the light. `u`: two numbers in [0, 1) each. `drawn`:
 /// unit directions in world space, and their pdfs per steradian: above 0, and the very bits that wis_pdf answers for that direction; 0 if
-/// the light is black. In batches of 8 and more a third of the cost alone, or less. WIS_MISMATCH for a product of another environment.
+/// the light is black. In batches of 8 and more a third of the cost alone, or less. WIS_MISMATCH for a product of another environment,
+/// WIS_NOT_BUILT for one with WIS_ENVIRONMENT_RAYS_ONLY.
 /// Work: count x (lobes + log texels).
 ///
 /// # Safety
@@ -32,7 +33,7 @@ pub unsafe extern "C" fn wis_sample(
     // SAFETY: the caller's contract, also for what stands inside.
     unsafe {
         with_level(sampler, |_| {
-            let environment = view(environment, 2)?;
+            let environment = exact(environment, 2)?;
             let u = Strided::<2>::new(u, u_stride, count, 5)?;
             let out = StridedMut::<4>::new(drawn.cast(), drawn_stride, count, 7)?;
             let frame = environment.frame();
@@ -55,7 +56,7 @@ pub unsafe extern "C" fn wis_sample(
 }
 
 /// The pdf of `count` directions in a product, or, if `product` is null, in the light, per steradian; 0 for those that are not of unit
-/// length within 1e-3. Batches as in wis_sample. Work: count x (lobes + log texels).
+/// length within 1e-3. Batches and WIS_NOT_BUILT as in wis_sample. Work: count x (lobes + log texels).
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -73,7 +74,7 @@ pub unsafe extern "C" fn wis_pdf(
     // SAFETY: the caller's contract, also for what stands inside.
     unsafe {
         with_level(sampler, |_| {
-            let environment = view(environment, 2)?;
+            let environment = exact(environment, 2)?;
             let wi = Strided::<3>::new(wi, wi_stride, count, 5)?;
             let pdf = StridedMut::<1>::new(pdf, pdf_stride, count, 7)?;
             let frame = environment.frame();
@@ -96,7 +97,7 @@ pub unsafe extern "C" fn wis_pdf(
 /// The `u` that leads to each of `count` directions: into its part of the tables, and there as near as 24 bits of u come. `status`:
 /// WIS_OK; WIS_ZERO_DENSITY where no u leads there; WIS_UNREACHABLE where the density is above 0 but no u of 24 bits leads there (with a
 /// product: or narrow lobes alone do); WIS_INVALID_TRANSFORM for a direction that is not of unit length within 1e-3. Each is a byte; where
-/// it is not WIS_OK, u is not written. Strides as in wis_sample; statuses stand close together. Work: count x (lobes + log texels).
+/// it is not WIS_OK, u is not written. WIS_NOT_BUILT as in wis_sample. Strides as in wis_sample; statuses stand close together. Work: count x (lobes + log texels).
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -115,7 +116,7 @@ pub unsafe extern "C" fn wis_invert(
     // SAFETY: the caller's contract, also for what stands inside.
     unsafe {
         with_level(sampler, |_| {
-            let environment = view(environment, 2)?;
+            let environment = exact(environment, 2)?;
             let shaded = shaded(product, &environment, 3)?;
             let wi = Strided::<3>::new(wi, wi_stride, count, 5)?;
             let u = StridedMut::<2>::new(u, u_stride, count, 7)?;

@@ -1,7 +1,7 @@
 //! Arrays of small vectors that stand a stride apart, and calls that read one and write another.
 
-use super::{Checked, Failure, pointer, slice, slice_mut};
-use crate::status::{Result, Status};
+use super::{Checked, pointer, slice, slice_mut};
+use crate::status::{Error, Result, Status};
 use core::ffi::CStr;
 
 /// Elements of `N` floats that stand a stride apart, to read.
@@ -25,7 +25,7 @@ impl<const N: usize> Strided<N> {
         argument: u32,
     ) -> Checked<Strided<N>> {
         // A fault of the stride is one of the argument behind that of the array.
-        let name = |at: Failure| at.of(if at.is_of(argument) { array } else { field }).instead(argument);
+        let name = |at: Error| at.of(if at.argument == argument { array } else { field }).instead(argument);
         Strided::new(start, stride, count, argument).map_err(name)
     }
 
@@ -155,13 +155,13 @@ fn check_stride(n: usize, start: *const f32, stride: usize, count: usize, argume
     }
     pointer(start, argument)?;
     if stride < packed {
-        return Err(Failure::new(Status::InvalidArgument, argument + 1));
+        return Err(Error::new(Status::InvalidArgument, argument + 1));
     }
     if stride % size_of::<f32>() != 0 {
-        return Err(Failure::new(Status::Misaligned, argument + 1));
+        return Err(Error::new(Status::Misaligned, argument + 1));
     }
     if count.checked_mul(stride).is_none_or(|bytes| bytes > isize::MAX as usize) {
-        return Err(Failure::new(Status::Overflow, argument + 1));
+        return Err(Error::new(Status::Overflow, argument + 1));
     }
     Ok(stride)
 }

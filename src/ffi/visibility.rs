@@ -3,10 +3,10 @@
 use super::material::PointData;
 use super::memory::{DividedBlock, SharedBlock, block_mut, header};
 use super::strided::Strided;
-use super::{Checked, Diagnostic, Failure, MemorySize, answer, borrow, out, put_size, sized, slice};
+use super::{Checked, Diagnostic, MemorySize, answer, borrow, out, put_size, sized, slice};
 use crate::object::Size;
 use crate::sphere::unit;
-use crate::status::Status;
+use crate::status::{Error, Status};
 use crate::visibility::{Arrays, Factors, Header, UNKNOWN, VisibilityCache, end_pass, key};
 use core::ffi::c_void;
 use core::ptr::null_mut;
@@ -37,7 +37,7 @@ pub unsafe extern "C" fn wis_visibility_cache_size(
 }
 
 fn checked(places: u32) -> Checked<Arrays> {
-    Arrays::new(places).ok_or(Failure::new(Status::InvalidArgument, 1))
+    Arrays::new(places).ok_or(Error::new(Status::InvalidArgument, 1))
 }
 
 /// Makes a cache in which nothing was seen yet. `cache` receives the handle, which is the address of `memory`.
@@ -73,7 +73,7 @@ pub unsafe extern "C" fn wis_visibility_cache_init(
 unsafe fn arrays(cache: *const VisibilityCacheObject, argument: u32) -> Checked<Arrays> {
     // SAFETY: the caller's contract; every block that a cache was made in is longer than a header.
     let header: &Header = unsafe { header(cache.cast(), argument)? };
-    header.arrays().ok_or(Failure::new(Status::Mismatch, argument))
+    header.arrays().ok_or(Error::new(Status::Mismatch, argument))
 }
 
 /// A cache to read and to record in.

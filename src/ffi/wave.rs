@@ -3,18 +3,18 @@
 use super::light::{EnvironmentObject, environment as view};
 use super::material::{
     MaterialData, POINT_FLAGS, WIS_MAX_LOBES, WIS_POINT_COMPENSATED, WIS_POINT_COSINE_INCLUDED,
-    WIS_POINT_PORTALS_COMPLETE, WIS_POINT_WHOLE_SPHERE, failure, material,
+    WIS_POINT_PORTALS_COMPLETE, WIS_POINT_WHOLE_SPHERE, material,
 };
 use super::sampler::{SamplerObject, with_sampler};
 use super::visibility::{VisibilityCacheObject, factors};
-use super::{Checked, Failure, sized};
+use super::{Checked, sized};
 use crate::brdf::material::Material;
 use crate::brdf::point::Point;
 use crate::brdf::portal::{MAX_PORTALS, Portal};
 use crate::direct::Ray;
 use crate::direct::sampler::{Sampler, Sequence, WAVE_RAYS};
 use crate::light::environment::Environment;
-use crate::status::Status;
+use crate::status::{Error, Status};
 
 /// Numbers of all points: number `k` of point `i` stands `i * point + k * number` bytes behind `first`.
 /// Array of structures: point = sizeof the structure, number = 4. Structure of arrays: point = 4, number = bytes of a column.
@@ -108,7 +108,7 @@ const NUMBERS: usize = size_of::<Portal>() / size_of::<f32>();
 
 impl FloatsIn {
     fn check(&self, allowed_null: bool, field: &'static core::ffi::CStr) -> Checked<()> {
-        let fail = |status| Err(Failure::new(status, 4).of(field));
+        let fail = |status| Err(Error::new(status, 4).of(field));
         match (self.first.is_null(), self.first.is_aligned() && self.point % 4 == 0 && self.number % 4 == 0) {
             (true, _) if allowed_null => Ok(()),
             (true, _) => fail(Status::NullPointer),
@@ -139,10 +139,10 @@ impl FloatsIn {
 impl IntsIn {
     fn check(&self, allowed_null: bool, field: &'static core::ffi::CStr) -> Checked<()> {
         if self.first.is_null() && !allowed_null {
-            return Err(Failure::new(Status::NullPointer, 4).of(field));
+            return Err(Error::new(Status::NullPointer, 4).of(field));
         }
         if !self.first.is_aligned() || self.point % 4 != 0 {
-            return Err(Failure::new(Status::Misaligned, 4).of(field));
+            return Err(Error::new(Status::Misaligned, 4).of(field));
         }
         Ok(())
     }
@@ -158,7 +158,7 @@ impl IntsIn {
 impl FloatsOut {
     fn check(&self, field: &'static core::ffi::CStr) -> Checked<()> {
         FloatsIn { first: self.first, point: self.point, number: self.number }.check(false, field)?;
-        if self.point == 0 { Err(Failure::new(Status::InvalidArgument, 4).of(field)) } else { Ok(()) }
+        if self.point == 0 { Err(Error::new(Status::InvalidArgument, 4).of(field)) } else { Ok(()) }
     }
 
     /// # Safety
@@ -173,7 +173,7 @@ impl FloatsOut {
 impl DirectWave {
     fn check(&self) -> Checked<()> {
         if self.flags & !POINT_FLAGS != 0 {
-            return Err(Failure::new(Status::InvalidArgument, 4).of(c"flags"));
+            return Err(Error::new(Status::InvalidArgument, 4).of(c"flags"));
         }
         self.normal.check(false, c"normal")?;
         self.tangent.check(true, c"tangent")?;
@@ -206,7 +206,7 @@ impl DirectWave {
         unsafe {
             let number = self.material.read(i);
             if number >= self.material_count {
-                return Err(Failure::new(Status::InvalidArgument, 4).of(c"material"));
+                return Err(Error::new(Status::InvalidArgument, 4).of(c"material"));
             }
             material(self.materials.add(number as usize), 4)
         }
@@ -258,14 +258,14 @@ impl DirectWave {
             let count = self.portal_count.read(i) as usize;
             if count > 0 {
                 portals = self.portals(i, count);
-                let fault = Failure::new(Status::InvalidArgument, 4).of(c"portal_count");
+                let fault = Error::new(Status::InvalidArgument, 4).of(c"portal_count");
                 point.portals = portals.get(..count).ok_or(fault)?;
                 point.portals_complete = self.flags & WIS_POINT_PORTALS_COMPLETE != 0;
             }
             point.seen = factors(self.visibility, self.visibility_key.read(i), self.seed.read(i), 4)?;
             let at = Sequence { seed: self.seed.read(i), sample: self.sample.read(i), bounce: self.bounce.read(i) };
             let rays = room.get_mut(..self.rays as usize).unwrap_or_default();
-            sampler.direct(environment, &point, at, self.rays as usize, rays).map_err(|fault| failure(fault, 4))
+            sampler.direct(environment, &point, at, self.rays as usize, rays).map_err(|error| error.instead(4))
         }
     }
 }
@@ -297,7 +297,7 @@ pub unsafe extern "C" fn wis_direct_wave(
             }
             wave.check()?;
             if wave.rays > sampler.config().rays || wave.rays as usize > WIS_WAVE_RAYS {
-                return Err(Failure::new(Status::InvalidArgument, 4).of(c"rays"));
+                return Err(Error::new(Status::InvalidArgument, 4).of(c"rays"));
             }
             let room = sampler.take_wave();
             let mut seed = None;

@@ -12,6 +12,10 @@ pub fn is_sound(environment: &Environment<'_>) -> bool {
     }
     let Ok(plan) = Plan::new(&environment.description()) else { return false };
     let light = environment.light();
+    let rays = super::map::is_sound(&plan, &light) && super::strata::are_sound(&light);
+    if !rays || plan.of.rays_only {
+        return rays;
+    }
     let columns = plan.grid[0] as usize;
     let rows = plan.grid[1] as usize;
     let tops = tables_are_sound(light.tops.beginnings(), [columns, rows]);
@@ -23,8 +27,6 @@ pub fn is_sound(environment: &Environment<'_>) -> bool {
     tops && maps
         && colours
         && environment.guide().is_none_or(|guide| guide.is_sound())
-        && super::map::is_sound(&plan, &light)
-        && super::strata::are_sound(&light)
         && (0..plan.cells()).all(|index| cell_is_sound(&plan, &light, index))
 }
 

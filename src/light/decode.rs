@@ -2,8 +2,9 @@
 
 use super::chart::Layout;
 use super::plan::Plan;
-use crate::light::pixels::{Format, InvalidTexel, RowError, half, mended};
+use crate::light::pixels::{Format, channels, invalid, mended};
 use crate::numeric::LUMINANCE;
+use crate::status::Error;
 use bytemuck::{Pod, Zeroable};
 use core::f64::consts::PI;
 
@@ -73,7 +74,7 @@ pub fn decode_row(
     y: u32,
     luminance: &mut [f32],
     rgb: &mut [[f64; 3]],
-) -> Result<RowSummary, RowError> {
+) -> Result<RowSummary, Error> {
     let size = pixels.channels as usize;
     match (pixels.format, bytemuck::try_cast_slice::<u8, f32>(bytes)) {
         (Format::F32, Ok(floats)) => match size {
@@ -81,19 +82,9 @@ pub fn decode_row(
             _ => decode(plan, pixels, floats.chunks_exact(size.max(1)).map(first_three), y, luminance, rgb),
         },
         (format, _) => {
-            let channel = |texel: &[u8], k: usize| match format {
-                Format::F32 => {
-                    texel.get(4 * k..4 * k + 4).and_then(|b| b.try_into().ok()).map_or(0.0, f32::from_le_bytes)
-                }
-                Format::F16 => texel
-                    .get(2 * k..2 * k + 2)
-                    .and_then(|b| b.try_into().ok())
-                    .map_or(0.0, |b| half(u16::from_le_bytes(b))),
-            };
-            let colours = bytes.chunks_exact((size * format.bytes()).max(1)).map(|texel| match size {
-                1 => [channel(texel, 0); 3],
-                _ => [channel(texel, 0), channel(texel, 1), channel(texel, 2)],
-            });
+            let colours = bytes
+                .chunks_exact((size * format.bytes()).max(1))
+                .map(|texel| channels(format, pixels.channels, texel));
             decode(plan, pixels, colours, y, luminance, rgb)
         }
     }
@@ -115,7 +106,7 @@ fn decode(
     y: u32,
     luminance: &mut [f32],
     rgb: &mut [[f64; 3]],
-) -> Result<RowSummary, RowError> {
+) -> Result<RowSummary, Error> {
     let mut summary = RowSummary::default();
     let width = luminance.len().max(1);
     let (row_angle, from_middle) = row_angle(plan, y);
@@ -144,7 +135,7 @@ fn decode(
             let fine = r >= 0.0 && g >= 0.0 && b >= 0.0 && l < f32::INFINITY;
             if !fine {
                 let mended = mended(colour, pixels.sanitise, pixels.absolute);
-                let mended = mended.ok_or(RowError::Texel(InvalidTexel { x: x as u32, y }))?;
+                let mended = mended.ok_or(invalid(x as u32, y))?;
                 summary.sanitised += u64::from(mended != colour);
                 colour = mended;
                 // Rounding can carry the sum of three large channels beyond the largest float.

@@ -1,19 +1,16 @@
 //! The environment: a light as one block of bytes without pointers, in the caller's memory. Built once, shared by all threads,
 //! copied, saved and mapped as it is.
 
-use super::blocks::{CellTables, Lengths, SINGLE, Steps};
-use super::build::{self, CellWork, Totals};
+use super::blocks::{Lengths, SINGLE};
+use super::build::{self, Arrays, CellWork, Totals};
 use super::candidates::Source;
 use super::chart::{Axis, Chart, Layout};
-use super::decode::{Pixels, RowSummary, decode_row};
 use super::guide::{self, CellGuide, Guide};
 use super::map;
 use super::plan::{Description, Filter, Plan};
 use super::radiance::Radiance;
 use super::strata;
 use super::tables::{Block, Cell, Light};
-use super::texels::Texels;
-use crate::light::pixels::RowError;
 use crate::numeric::ContentHash;
 use crate::object::Magic;
 pub use crate::object::Size;
@@ -94,6 +91,13 @@ impl Header {
     pub fn length(&self) -> Option<usize> {
         if self.magic == Header::MAGIC { usize::try_from(self.bytes).ok() } else { None }
     }
+
+    /// Directions and positions.
+    #[inline(always)]
+    fn chart(&self) -> Chart {
+        let axis = |k: usize| Axis { patches: self.patches[k], length: self.length[k], shift: self.shift[k] };
+        Chart { layout: layout_of(self.layout), axes: [axis(0), axis(1)], offset: self.offset }
+    }
 }
 
 const BILINEAR: u32 = 1;
@@ -101,6 +105,7 @@ const ROWS_AT_POLES: u32 = 2;
 const EXACT_ZERO: u32 = 4;
 const COMPENSATED: u32 = 8;
 const LIGHT_ONLY: u32 = 16;
+const RAYS_ONLY: u32 = 32;
 
 /// Lines begin at a multiple of this, so that those of a full block of a bilinear light are cache lines.
 const LINE: usize = 64;
@@ -108,27 +113,44 @@ const LINE: usize = 64;
 /// Where the parts of an environment begin, in bytes. Behind each table that is searched stands a window of zeros.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
-struct Sections {
+pub struct Sections {
     tops: u64,
     cell_of: [u64; 2],
-    cells: u64,
+    /// [`Cell`]s.
+    pub cells: u64,
     colours: u64,
     guide: u64,
-    starts: u64,
-    blocks: u64,
-    words: u64,
+    /// In-cell starts.
+    pub starts: u64,
+    /// [`Block`]s.
+    pub blocks: u64,
+    /// Of blocks.
+    pub words: u64,
     tiles: u64,
-    texels: u64,
+    /// Words of the texel map.
+    pub texels: u64,
     /// Last: how many there are is known when all else is written.
     strata: u64,
-    end: u64,
+    /// The bytes of the environment.
+    pub end: u64,
 }
 
 impl Sections {
+    /// For what the cells were found to take, with the most strata.
+    ///
+    /// # Errors
+    /// [`Status::Overflow`].
+    pub fn of_cells(plan: &Plan, work: &[CellWork]) -> Result<Sections> {
+        let lengths = build::offset(work, plan.cells());
+        Sections::new(plan, lengths, strata::most(&plan.chart)).ok_or(Status::Overflow)
+    }
+
     /// `None` if the sum overflows.
     fn new(plan: &Plan, lengths: Lengths, strata: usize) -> Option<Sections> {
         let Plan { grid, .. } = *plan;
-        let cells = plan.cells() as usize;
+        // Rays alone read the texel map and its strata.
+        let exact = |count: usize| if plan.of.rays_only { 0 } else { count };
+        let cells = exact(plan.cells() as usize);
         let mut at = size_of::<Header>();
         let mut put = |count: usize, size: usize, align: usize| {
             let start = at.checked_next_multiple_of(align)?;
@@ -137,14 +159,17 @@ impl Sections {
         };
         // What every sample reads stands together: the fewer pages, the fewer walks through page tables.
         let sections = Sections {
-            tops: put(tops(grid) + WINDOW, 4, 4)?,
-            cell_of: [put(plan.small_blocks(0) as usize, 1, 1)?, put(plan.small_blocks(1) as usize, 1, 1)?],
+            tops: put(exact(tops(grid) + WINDOW), 4, 4)?,
+            cell_of: [
+                put(exact(plan.small_blocks(0) as usize), 1, 1)?,
+                put(exact(plan.small_blocks(1) as usize), 1, 1)?,
+            ],
             cells: put(cells, size_of::<Cell>(), LINE)?,
             colours: put(cells, 12, 4)?,
             guide: put(guide_length(plan), 2, LINE)?,
-            starts: put(lengths.starts.checked_add(WINDOW)?, 4, 16)?,
+            starts: put(lengths.starts.checked_add(exact(WINDOW))?, 4, 16)?,
             blocks: put(lengths.blocks, size_of::<Block>(), 16)?,
-            words: put(lengths.words.checked_add(WINDOW)?, 2, LINE)?,
+            words: put(lengths.words.checked_add(exact(WINDOW))?, 2, LINE)?,
             tiles: put(map::tile_count(plan), 4, 4)?,
             texels: put(map::words(plan, lengths.groups)?, 2, LINE)?,
             strata: put(strata, size_of::<[f32; 4]>(), LINE)?,
@@ -156,7 +181,7 @@ impl Sections {
 
 /// The numbers of the guide.
 fn guide_length(plan: &Plan) -> usize {
-    if plan.of.light_only { 0 } else { guide::length(plan.grid, plan.chart.faces()) }
+    if plan.of.light_only || plan.of.rays_only { 0 } else { guide::length(plan.grid, plan.chart.faces()) }
 }
 
 /// Numbers in the tables of cells: of rows, then of the columns of each.
@@ -169,13 +194,6 @@ fn tops([columns, rows]: [u32; 2]) -> usize {
 fn part_mut<T: Pod>(bytes: &mut [u8], start: usize, count: usize) -> &mut [T] {
     let end = start.saturating_add(count.saturating_mul(size_of::<T>()));
     bytes.get_mut(start..end).and_then(|part| try_cast_slice_mut(part).ok()).unwrap_or(&mut [])
-}
-
-/// Takes the first `count` elements of a block off it.
-fn take<'a, T: Pod>(bytes: &mut &'a mut [u8], count: usize) -> Option<&'a mut [T]> {
-    let (first, rest) = core::mem::take(bytes).split_at_mut_checked(count.checked_mul(size_of::<T>())?)?;
-    *bytes = rest;
-    try_cast_slice_mut(first).ok()
 }
 
 /// An environment in bytes that hold one.
@@ -197,139 +215,12 @@ impl Plan {
             return Err(Status::Overflow);
         }
         let sections = Sections::new(self, full, strata::most(&self.chart)).ok_or(Status::Overflow)?;
-        Ok(Size { bytes: sections.end as usize, scratch: Scratch::bytes(self, full.blocks).ok_or(Status::Overflow)? })
-    }
-}
-
-/// The memory of a build, divided.
-#[derive(Debug)]
-pub struct Scratch<'a> {
-    /// A summary of each row of texels.
-    pub rows: &'a mut [RowSummary],
-    /// The colour of each row in each column of cells.
-    pub rgb: &'a mut [[f64; 3]],
-    /// The weights of each row of patches.
-    pub weights: &'a mut [[f64; 2]],
-    /// What each cell becomes.
-    pub work: &'a mut [CellWork],
-    /// The light of each block.
-    pub block_light: &'a mut [f64],
-    /// The luminance of each texel.
-    pub luminance: &'a mut [f32],
-    /// The grid of each block.
-    pub steps: &'a mut [Steps],
-    /// The step of each tile of the texel map, cell by cell.
-    pub tile_steps: &'a mut [u8],
-}
-
-impl<'a> Scratch<'a> {
-    /// Lengths and sizes of elements of the parts, in the order of the fields, with so many blocks at most.
-    pub fn counts(plan: &Plan, blocks: usize) -> Option<[(usize, usize); 8]> {
-        let rows = plan.rows() as usize;
-        Some([
-            (rows, size_of::<RowSummary>()),
-            (rows.checked_mul(plan.grid[0] as usize)?, 24),
-            (plan.chart.axes[1].patches as usize, 16),
-            (plan.cells() as usize, size_of::<CellWork>()),
-            (blocks, 8),
-            // Sums of the strata stand there when all is decoded.
-            (rows.checked_mul(plan.of.width as usize)?.max(strata::room(plan)), 4),
-            (blocks, 2),
-            (map::tile_count(plan), 1),
-        ])
-    }
-
-    fn bytes(plan: &Plan, blocks: usize) -> Option<usize> {
-        let counts = Self::counts(plan, blocks)?;
-        counts.into_iter().try_fold(0usize, |sum, (count, size)| sum.checked_add(count.checked_mul(size)?))
-    }
-
-    /// Divides a block of memory.
-    ///
-    /// # Errors
-    /// [`Status::MemoryTooSmall`], [`Status::Misaligned`] if it is not aligned to 8.
-    pub fn new(plan: &Plan, mut memory: &'a mut [u8]) -> Result<Scratch<'a>> {
-        let size = plan.size()?;
-        if memory.len() < size.scratch {
-            return Err(Status::MemoryTooSmall);
-        }
-        let blocks = build::full_lengths(plan).blocks;
-        let [rows, rgb, weights, work, light, luminance, steps, tile_steps] =
-            Self::counts(plan, blocks).ok_or(Status::Overflow)?.map(|(n, _)| n);
-        let misaligned = Status::Misaligned;
-        Ok(Scratch {
-            rows: take(&mut memory, rows).ok_or(misaligned)?,
-            rgb: take(&mut memory, rgb).ok_or(misaligned)?,
-            weights: take(&mut memory, weights).ok_or(misaligned)?,
-            work: take(&mut memory, work).ok_or(misaligned)?,
-            block_light: take(&mut memory, light).ok_or(misaligned)?,
-            luminance: take(&mut memory, luminance).ok_or(misaligned)?,
-            steps: take(&mut memory, steps).ok_or(misaligned)?,
-            tile_steps: take(&mut memory, tile_steps).ok_or(misaligned)?,
-        })
-    }
-}
-
-/// Why a build stopped.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum BuildError {
-    /// A row could not be decoded: which, and why.
-    Row(u32, RowError),
-    /// The memory is too small: the bytes that are needed.
-    TooSmall(usize),
-    /// Anything else.
-    Status(Status),
-}
-
-impl From<Status> for BuildError {
-    fn from(status: Status) -> BuildError {
-        BuildError::Status(status)
+        let size = Size { bytes: sections.end as usize, scratch: Arrays::of(self).ok_or(Status::Overflow)?.bytes };
+        if size.bytes <= isize::MAX as usize { Ok(size) } else { Err(Status::Overflow) }
     }
 }
 
 impl<'a> Environment<'a> {
-    /// Builds an environment from rows of pixels.
-    ///
-    /// # Errors
-    /// [`BuildError`].
-    pub fn build_in<'p>(
-        plan: &Plan,
-        pixels: &Pixels,
-        frame: &Frame,
-        row: impl Fn(u32) -> Option<&'p [u8]>,
-        memory: &'a mut [u8],
-        scratch: &mut [u8],
-    ) -> core::result::Result<Environment<'a>, BuildError> {
-        let scratch = Scratch::new(plan, scratch)?;
-        let width = plan.of.width as usize;
-        let columns = plan.grid[0] as usize;
-        let needed = pixels.row_bytes(plan.of.width).ok_or(Status::Overflow)?;
-        let lines = scratch.luminance.chunks_exact_mut(width.max(1)).zip(scratch.rgb.chunks_exact_mut(columns.max(1)));
-        for ((y, (luminance, rgb)), summary) in (0..).zip(lines).zip(scratch.rows.iter_mut()) {
-            let bytes = row(y).and_then(|bytes| bytes.get(..needed)).ok_or(BuildError::Row(y, RowError::Missing))?;
-            *summary = decode_row(plan, pixels, bytes, y, luminance, rgb).map_err(|error| BuildError::Row(y, error))?;
-        }
-        let totals = Totals::of(scratch.rows);
-        build::weights(plan, scratch.weights);
-        let texels = totals.texels(plan, scratch.luminance, scratch.weights);
-        for (index, work) in (0..).zip(scratch.work.iter_mut()) {
-            let ((first, count), (tile, tiles)) = (build::block_range(plan, index), map::tile_range(plan, index));
-            let steps = scratch.steps.get_mut(first..first + count).unwrap_or(&mut []);
-            let tile_steps = scratch.tile_steps.get_mut(tile..tile + tiles).unwrap_or(&mut []);
-            *work = build::choose_cell(&texels, index, steps, tile_steps);
-        }
-        let mut writer = Writer::new(plan, scratch.work, memory)?;
-        for index in 0..plan.cells() {
-            let (first, count) = build::block_range(plan, index);
-            let steps = scratch.steps.get(first..first + count).unwrap_or(&[]);
-            let light = scratch.block_light.get_mut(first..first + count).unwrap_or(&mut []);
-            writer.cell(&texels, index, scratch.work, steps, light);
-            writer.map(&texels, index, scratch.work, scratch.tile_steps);
-        }
-        writer.finish(&totals, scratch.work, scratch.tile_steps, scratch.rgb, frame, scratch.luminance)?;
-        Environment::view(memory).ok_or(BuildError::Status(Status::Misaligned))
-    }
-
     /// The environment that bytes hold, without a check of what they hold.
     #[inline(always)]
     pub fn view(bytes: &'a [u8]) -> Option<Environment<'a>> {
@@ -381,6 +272,7 @@ impl<'a> Environment<'a> {
             exact_zero: flag(EXACT_ZERO),
             compensated: flag(COMPENSATED),
             light_only: flag(LIGHT_ONLY),
+            rays_only: flag(RAYS_ONLY),
             budget: h.budget,
         }
     }
@@ -388,16 +280,14 @@ impl<'a> Environment<'a> {
     /// Whether the header is one that a build of this version writes, and the bytes are those that were written.
     pub(super) fn header_is_sound(&self) -> bool {
         let h = self.header;
-        let known = BILINEAR | ROWS_AT_POLES | EXACT_ZERO | COMPENSATED | LIGHT_ONLY;
+        let known = BILINEAR | ROWS_AT_POLES | EXACT_ZERO | COMPENSATED | LIGHT_ONLY | RAYS_ONLY;
         if h.magic != Header::MAGIC || h.flags & !known != 0 || h.layout > 2 || h.reserved != 0 {
             return false;
         }
         let Ok(plan) = Plan::new(&self.description()) else { return false };
-        let axis = |k: usize| Axis { patches: h.patches[k], length: h.length[k], shift: h.shift[k] };
-        let chart = Chart { layout: plan.of.layout, axes: [axis(0), axis(1)], offset: h.offset };
         let sections = Sections::new(&plan, self.lengths(), h.stand_in.strata as usize);
         let hash = hash(self.bytes);
-        plan.chart == chart
+        plan.chart == h.chart()
             && plan.grid == h.grid
             && plan.side == h.side
             && sections.is_some_and(|s| s == h.sections && s.end == h.bytes)
@@ -428,8 +318,6 @@ impl<'a> Environment<'a> {
     #[inline(always)]
     pub fn source(&self) -> Source<'a> {
         let h = self.header;
-        let axis = |k: usize| Axis { patches: h.patches[k], length: h.length[k], shift: h.shift[k] };
-        let chart = Chart { layout: layout_of(h.layout), axes: [axis(0), axis(1)], offset: h.offset };
         let (blob, s, of) = (Blob::new(self.bytes), &h.sections, &h.stand_in);
         let radiance = Radiance {
             words: blob.part(s.texels, of.words),
@@ -438,7 +326,16 @@ impl<'a> Environment<'a> {
             bilinear: h.flags & BILINEAR != 0,
         };
         let strata = blob.part(s.strata, of.strata.into());
-        Source { chart, radiance, strata, mean: of.mean, inverse_power: of.inverse_power }
+        Source { chart: h.chart(), radiance, strata, mean: of.mean, inverse_power: of.inverse_power }
+    }
+
+    /// Requires the exact tables.
+    ///
+    /// # Errors
+    /// [`Status::NotBuilt`] if it was built for rays alone.
+    #[inline(always)]
+    pub fn exact(&self) -> Result<&Self> {
+        if self.header.flags & RAYS_ONLY == 0 { Ok(self) } else { Err(Status::NotBuilt) }
     }
 
     /// The tables, the texel map and the strata.
@@ -456,14 +353,12 @@ impl<'a> Environment<'a> {
     #[inline(never)]
     pub fn tables(&self) -> Light<'a> {
         let h = self.header;
-        let axis = |k: usize| Axis { patches: h.patches[k], length: h.length[k], shift: h.shift[k] };
-        let chart = Chart { layout: layout_of(h.layout), axes: [axis(0), axis(1)], offset: h.offset };
         let s = &h.sections;
         let [starts, blocks, words, _] = h.lengths;
         let cells = h.grid[0] as usize * h.grid[1] as usize;
         let blob = Blob::new(self.bytes);
         Light {
-            chart,
+            chart: h.chart(),
             bilinear: h.flags & BILINEAR != 0,
             exact: h.budget == 0.0,
             power: h.power,
@@ -490,7 +385,7 @@ impl<'a> Environment<'a> {
     /// What products must know of the cells; `None` if it was built for the light alone.
     #[inline(always)]
     pub fn guide(&self) -> Option<Guide<'a>> {
-        if self.header.flags & LIGHT_ONLY != 0 {
+        if self.header.flags & (LIGHT_ONLY | RAYS_ONLY) != 0 {
             return None;
         }
         let (grid, faces) = (self.header.grid, if self.header.layout == 1 { 6 } else { 1 });
@@ -534,42 +429,6 @@ fn content_id(tables: u64, frame: &[f32; 9]) -> u64 {
     hash.finish()
 }
 
-/// Where the tables of all cells stand in the bytes of an environment, for threads that write cells side by side.
-#[derive(Clone, Copy, Debug)]
-pub struct Places {
-    /// Of [`Cell`]s.
-    pub cells: usize,
-    /// Of in-cell starts.
-    pub starts: usize,
-    /// Of [`Block`]s.
-    pub blocks: usize,
-    /// Of words.
-    pub words: usize,
-    /// Of words of the texel map.
-    pub texels: usize,
-    end: usize,
-}
-
-impl Places {
-    /// The places for what the cells were found to take.
-    ///
-    /// # Errors
-    /// [`Status::Overflow`].
-    pub fn new(plan: &Plan, work: &[CellWork]) -> Result<Places> {
-        let lengths = build::offset(work, plan.cells());
-        let Sections { cells, starts, blocks, words, texels, end, .. } =
-            Sections::new(plan, lengths, strata::most(&plan.chart)).ok_or(Status::Overflow)?;
-        let [cells, starts, blocks, words, texels, end] =
-            [cells, starts, blocks, words, texels, end].map(|place| place as usize);
-        Ok(Places { cells, starts, blocks, words, texels, end })
-    }
-
-    /// The bytes of the environment, at most.
-    pub fn bytes(&self) -> usize {
-        self.end
-    }
-}
-
 /// An environment while its tables are written.
 #[derive(Debug)]
 pub struct Writer<'a> {
@@ -580,53 +439,9 @@ pub struct Writer<'a> {
 }
 
 impl<'a> Writer<'a> {
-    /// The memory for what the cells were found to take.
-    ///
-    /// # Errors
-    /// [`BuildError::TooSmall`].
-    pub fn new(plan: &Plan, work: &[CellWork], memory: &'a mut [u8]) -> core::result::Result<Writer<'a>, BuildError> {
-        let lengths = build::offset(work, plan.cells());
-        let sections = Sections::new(plan, lengths, strata::most(&plan.chart)).ok_or(Status::Overflow)?;
-        let end = sections.end as usize;
-        let bytes = memory.get_mut(..end).ok_or(BuildError::TooSmall(end))?;
-        Ok(Writer { plan: *plan, sections, lengths, bytes })
-    }
-
-    /// Writes the tables of a cell.
-    pub fn cell(&mut self, texels: &Texels<'_>, index: u32, work: &mut [CellWork], steps: &[Steps], light: &mut [f64]) {
-        let offset = build::offset(work, index);
-        let Some(own) = work.get_mut(index as usize) else { return };
-        let length = own.lengths();
-        let Sections { cells, starts, blocks, words, .. } = self.sections;
-        let [cells, starts, blocks, words] = [cells, starts, blocks, words].map(|at| at as usize);
-        // Sections stand in this order, so the block can be taken apart.
-        let (before, rest) = self.bytes.split_at_mut_checked(starts).unwrap_or_default();
-        let (starts_part, rest) = rest.split_at_mut_checked(blocks - starts).unwrap_or_default();
-        let (blocks_part, words_part) = rest.split_at_mut_checked(words - blocks).unwrap_or_default();
-        let tables = CellTables {
-            offset,
-            starts: part_mut(starts_part, 4 * offset.starts, length.starts),
-            blocks: part_mut(blocks_part, size_of::<Block>() * offset.blocks, length.blocks),
-            words: part_mut(words_part, 2 * offset.words, length.words),
-            light,
-        };
-        let (written, light) = build::write(texels, index, own, steps, tables);
-        own.light = light;
-        if let Some(cell) = part_mut(before, cells, self.plan.cells() as usize).get_mut(index as usize) {
-            *cell = written;
-        }
-    }
-
-    /// Writes a cell's part of the texel map; `steps` of all tiles.
-    pub fn map(&mut self, texels: &Texels<'_>, index: u32, work: &[CellWork], steps: &[u8]) {
-        let plan = self.plan.plain();
-        let texels = Texels { plan: &plan, ..*texels };
-        let first = build::offset(work, index).groups;
-        let (tile, count) = map::tile_range(&plan, index);
-        for piece in map::pieces(&plan, index, first, steps.get(tile..tile + count).unwrap_or(&[])) {
-            let start = self.sections.texels as usize + 2 * piece.start;
-            map::write(&texels, &piece, part_mut(self.bytes, start, piece.length));
-        }
+    /// The memory for what the cells were found to take: as long as the sections say.
+    pub fn new(plan: &Plan, work: &[CellWork], sections: Sections, bytes: &'a mut [u8]) -> Writer<'a> {
+        Writer { plan: *plan, sections, lengths: build::offset(work, plan.cells()), bytes }
     }
 
     /// Writes all that is known when every cell is written. `room`: the luminances, which nobody reads any more.
@@ -664,13 +479,13 @@ impl<'a> Writer<'a> {
     fn tables(&mut self, totals: &Totals, work: &[CellWork], rgb: &[[f64; 3]], frame: &Frame) {
         let Writer { plan, sections, lengths, bytes } = self;
         let (plan, sections, lengths) = (*plan, *sections, *lengths);
-        let count = plan.cells() as usize;
+        let count = if plan.of.rays_only { 0 } else { plan.cells() as usize };
         let (tiles, words) = (map::tile_count(&plan), map::words(&plan, lengths.groups).unwrap_or(0));
         // Gaps between sections are part of the bytes.
         for (start, length, end) in [
             (0, size_of::<Header>(), sections.tops),
-            (sections.tops, 4 * tops(plan.grid), sections.cell_of[0]),
-            (sections.cell_of[1], plan.small_blocks(1) as usize, sections.cells),
+            (sections.tops, if count > 0 { 4 * tops(plan.grid) } else { 0 }, sections.cell_of[0]),
+            (sections.cell_of[1], if count > 0 { plan.small_blocks(1) as usize } else { 0 }, sections.cells),
             (sections.colours, 12 * count, sections.guide),
             (sections.guide, 0, sections.starts),
             (sections.starts, 4 * lengths.starts, sections.blocks),
@@ -684,7 +499,7 @@ impl<'a> Writer<'a> {
         for (out, &start) in part_mut(bytes, sections.starts as usize, SINGLE.len()).iter_mut().zip(&SINGLE) {
             *out = start;
         }
-        for k in [0, 1] {
+        for k in if count > 0 { 0..2 } else { 0..0 } {
             let of = part_mut::<u8>(bytes, sections.cell_of[k] as usize, plan.small_blocks(k) as usize);
             for (small, out) in (0..).zip(of) {
                 *out = plan.cell_of(k, small) as u8;
@@ -693,7 +508,8 @@ impl<'a> Writer<'a> {
         let (before, colours) = bytes.split_at_mut_checked(sections.colours as usize).unwrap_or_default();
         let (before, cells) = before.split_at_mut_checked(sections.cells as usize).unwrap_or_default();
         let cells = part_mut(cells, 0, count);
-        let power = build::finish(&plan, work, cells, part_mut(before, sections.tops as usize, tops(plan.grid)));
+        let power =
+            build::finish(&plan, totals, work, cells, part_mut(before, sections.tops as usize, tops(plan.grid)));
         build::colours(&plan, rgb, cells, part_mut(colours, 0, count));
         let flag = |on: bool, bit: u32| if on { bit } else { 0 };
         let variance: f64 = work.iter().map(|cell| cell.variance).sum();
@@ -726,7 +542,8 @@ impl<'a> Writer<'a> {
                 | flag(plan.of.rows_at_poles, ROWS_AT_POLES)
                 | flag(plan.of.exact_zero, EXACT_ZERO)
                 | flag(plan.of.compensated, COMPENSATED)
-                | flag(plan.of.light_only, LIGHT_ONLY),
+                | flag(plan.of.light_only, LIGHT_ONLY)
+                | flag(plan.of.rays_only, RAYS_ONLY),
             width: plan.of.width,
             height: plan.of.height,
             patches: axis.map(|a| a.patches),

@@ -2,7 +2,7 @@
 
 pub use super::chart::Layout;
 use crate::numeric::LUMINANCE;
-use crate::status::{Fault, Status};
+use crate::status::{Error, Status};
 use bytemuck::{Pod, Zeroable};
 
 /// The number format of a channel.
@@ -53,32 +53,14 @@ pub trait Rows {
     fn row(&self, y: u32) -> Option<&[u8]>;
 }
 
-/// A texel that cannot be light.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct InvalidTexel {
-    /// Column.
-    pub x: u32,
-    /// Row.
-    pub y: u32,
+/// What stops a build that gets no row, or a short one.
+pub fn missing(y: u32) -> Error {
+    Error::new(Status::CallbackFailed, 0).at(0, y).of(c"row")
 }
 
-/// Why a row could not be decoded.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RowError {
-    /// The client gave no row, or a short one.
-    Missing,
-    /// The policy rejects this texel.
-    Texel(InvalidTexel),
-}
-
-impl RowError {
-    /// The status that a call answers with.
-    pub fn status(self) -> Status {
-        match self {
-            RowError::Missing => Status::CallbackFailed,
-            RowError::Texel(_) => Status::InvalidTexel,
-        }
-    }
+/// What stops a build at a texel that cannot be light.
+pub fn invalid(x: u32, y: u32) -> Error {
+    Error::new(Status::InvalidTexel, 0).at(x, y).of(c"pixels")
 }
 
 /// What +Inf counts as: the largest half float, since suns overflow in maps of half floats.
@@ -103,13 +85,13 @@ pub fn decode_row(
     sanitise: bool,
     luminance: &mut [f64],
     rgb: &mut [[f32; 3]],
-) -> core::result::Result<RowSummary, RowError> {
+) -> core::result::Result<RowSummary, Error> {
     let mut summary = RowSummary::default();
     let texels = bytes.chunks_exact((pixels.channels as usize * pixels.format.bytes()).max(1));
     let mut colours = rgb.iter_mut();
     for ((x, texel), out) in (0u32..).zip(texels).zip(luminance.iter_mut()) {
-        let found = channels(pixels, texel);
-        let colour = mended(found, sanitise, false).ok_or(RowError::Texel(InvalidTexel { x, y }))?;
+        let found = channels(pixels.format, pixels.channels, texel);
+        let colour = mended(found, sanitise, false).ok_or(invalid(x, y))?;
         summary.sanitised += u64::from(colour != found);
         *out = luminance_f64(colour);
         if let Some(out) = colours.next() {
@@ -129,14 +111,14 @@ pub fn luminance_f64(rgb: [f32; 3]) -> f64 {
 }
 
 /// The colour of a texel.
-fn channels(pixels: &Pixels, texel: &[u8]) -> [f32; 3] {
-    let channel = |c: usize| match pixels.format {
+pub(crate) fn channels(format: Format, count: u32, texel: &[u8]) -> [f32; 3] {
+    let channel = |c: usize| match format {
         Format::F32 => texel.get(4 * c..4 * c + 4).and_then(|b| b.try_into().ok()).map_or(0.0, f32::from_ne_bytes),
         Format::F16 => {
             texel.get(2 * c..2 * c + 2).and_then(|b| b.try_into().ok()).map_or(0.0, |b| half(u16::from_ne_bytes(b)))
         }
     };
-    if pixels.channels == 1 { [channel(0); 3] } else { [channel(0), channel(1), channel(2)] }
+    if count == 1 { [channel(0); 3] } else { [channel(0), channel(1), channel(2)] }
 }
 
 /// A colour as light: a negative channel is 0, or its size with `absolute`; with `sanitise` NaN is 0 and +Inf [`INFINITE`].
@@ -151,7 +133,7 @@ pub(crate) fn mended(colour: [f32; 3], sanitise: bool, absolute: bool) -> Option
 }
 
 /// A 16-bit float as f32, exactly.
-pub(crate) fn half(bits: u16) -> f32 {
+fn half(bits: u16) -> f32 {
     let sign = u32::from(bits >> 15) << 31;
     let exponent = u32::from(bits >> 10 & 31);
     let fraction = u32::from(bits & 1023);
@@ -166,9 +148,9 @@ pub(crate) fn half(bits: u16) -> f32 {
 /// Checks sides and channels of a map.
 ///
 /// # Errors
-/// [`Fault`] names the field.
-pub fn check_map(layout: Layout, [width, height]: [u32; 2], channels: u32) -> core::result::Result<(), Fault> {
-    Fault::first([
+/// [`Error`] names the field.
+pub fn check_map(layout: Layout, [width, height]: [u32; 2], channels: u32) -> core::result::Result<(), Error> {
+    Error::first([
         (width > 0, c"width"),
         (height > 0 && layout.fits(width, height), c"height"),
         (matches!(channels, 1 | 3 | 4), c"channels"),
@@ -180,9 +162,9 @@ pub fn check_map(layout: Layout, [width, height]: [u32; 2], channels: u32) -> co
 /// # Errors
 /// [`Status::InvalidArgument`] for sizes of 0 or sides that do not fit the layout, [`Status::Overflow`] if the
 /// number of texels or bytes of a row overflows; with the field at fault.
-pub fn check(pixels: &Pixels) -> core::result::Result<(), Fault> {
+pub fn check(pixels: &Pixels) -> core::result::Result<(), Error> {
     check_map(pixels.layout, [pixels.width, pixels.height], pixels.channels)?;
-    let overflow = |field| Fault { status: Status::Overflow, field };
+    let overflow = |field| Error::new(Status::Overflow, 0).of(field);
     pixels.row_bytes().filter(|&b| b <= isize::MAX as usize).ok_or(overflow(c"width"))?;
     (pixels.width as usize).checked_mul(pixels.height as usize).ok_or(overflow(c"height"))?;
     Ok(())

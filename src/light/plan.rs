@@ -41,6 +41,8 @@ pub struct Description {
     pub compensated: bool,
     /// No products will be prepared with it: what only they read is left out.
     pub light_only: bool,
+    /// Only rays will be drawn with it: the exact tables are left out too.
+    pub rays_only: bool,
     /// The relative standard deviation of L / pdf that may be added; 0 keeps every patch.
     pub budget: f32,
 }

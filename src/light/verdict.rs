@@ -1,8 +1,8 @@
 //! What a comparison found, in the numbers of the C interface.
 
 use super::compare::Comparison;
+use super::config::{WIS_ENVIRONMENT_ROWS_AT_POLES, WIS_FILTER_BILINEAR, WIS_FILTER_NEAREST};
 use super::plan::Filter;
-use super::request::{WIS_ENVIRONMENT_ROWS_AT_POLES, WIS_FILTER_BILINEAR, WIS_FILTER_NEAREST};
 
 /// The environment is the light that you see.
 pub const WIS_CAUSE_NONE: u32 = 0;

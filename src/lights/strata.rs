@@ -8,13 +8,12 @@
 //! a component whose share of the energy is worth one light gets one; the first centre is the brightest texel; chords
 //! within 1e-9 are equal, and the lowest texel wins.
 
-use crate::light::environment::BuildError;
 use crate::light::pixels::Rows;
 use crate::lights::map::Map;
 use crate::numeric::is_float;
 use crate::object::{Size, take, taken};
 use crate::sphere::latlong_solid_angle;
-use crate::status::{Result, Status};
+use crate::status::{Error, Result, Status};
 use bytemuck::{Pod, Zeroable};
 use core::f64::consts::PI;
 use glam::Vec3;
@@ -81,7 +80,7 @@ impl Config {
     /// the number of the light of each texel. Memory is as long as [`Config::size`] says.
     ///
     /// # Errors
-    /// [`BuildError::Row`]; [`Status::Overflow`] if the light of a stratum is no float.
+    /// Of a row; [`Status::Overflow`] if the light of a stratum is no float.
     pub fn lights_in(
         &self,
         map: &Map,
@@ -89,7 +88,7 @@ impl Config {
         mut memory: &mut [u8],
         lights: &mut [Light],
         labels: &mut [u32],
-    ) -> core::result::Result<usize, BuildError> {
+    ) -> core::result::Result<usize, Error> {
         let (texels, capacity, small) = (self.texels(), self.capacity(), Status::MemoryTooSmall);
         let luminance: &mut [f64] = take(&mut memory, texels).ok_or(small)?;
         let distance = take(&mut memory, texels).ok_or(small)?;

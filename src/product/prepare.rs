@@ -9,7 +9,7 @@ use super::stored::{
     COSINE_INCLUDED, Corners, Ends, Header, Leaves, MAX_DIVIDED, Places, QUADS, Quad, STORED_ONE, WHOLE_SPHERE, store,
     sum_parts, widths, write_tops,
 };
-use crate::brdf::point::{Fault, Point};
+use crate::brdf::point::Point;
 use crate::brdf::surface::Surface;
 use crate::brdf::vector::dot;
 use crate::light::environment::Environment;
@@ -18,7 +18,7 @@ use crate::light::parts::{BORDERS, MIDDLES, PARTS};
 use crate::numeric::{exp2i, exponent, max, min};
 use crate::object::{Magic, take};
 use crate::simd::{Apart, Compute, GROUP, Level, Num, REGISTERS, compute, places, sum};
-use crate::status::Status;
+use crate::status::{Error, Status};
 use bytemuck::{Pod, Zeroable, cast_mut, cast_ref};
 
 /// What a product is prepared for.
@@ -95,17 +95,6 @@ const MOST_LOOKED_AT: usize = 5;
 /// 50000 at 1.25, 59 at 1.5 to 2, and 163 at 3.
 const REACH: f32 = 1.75;
 
-/// Why a product was not prepared.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum PrepareError {
-    /// The point is none.
-    Point(Fault),
-    /// The memory is too small: the bytes that are needed.
-    TooSmall(usize),
-    /// Anything else.
-    Status(Status),
-}
-
 /// What is known of cells before a product is finished.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
@@ -136,7 +125,7 @@ impl Work {
 /// Prepares a product at the beginning of `memory`, aligned to 16. Answers its bytes.
 ///
 /// # Errors
-/// [`PrepareError`].
+/// [`Error`].
 #[inline(always)]
 pub fn prepare(
     level: Level,
@@ -144,14 +133,14 @@ pub fn prepare(
     point: &Point<'_>,
     config: &Config,
     memory: &mut [u8],
-) -> Result<usize, PrepareError> {
+) -> Result<usize, Error> {
     Task { level, environment, point, config }.run(memory, Task::grid_with_work)
 }
 
 /// As [`prepare`], with 3 kB of the caller's memory for its work, of any content.
 ///
 /// # Errors
-/// [`PrepareError`].
+/// [`Error`].
 #[inline(never)]
 pub fn prepare_in(
     level: Level,
@@ -160,7 +149,7 @@ pub fn prepare_in(
     config: &Config,
     work: &mut Work,
     memory: &mut [u8],
-) -> Result<usize, PrepareError> {
+) -> Result<usize, Error> {
     Task { level, environment, point, config }.run(memory, |task, surface, memory| task.grid(surface, work, memory))
 }
 
@@ -187,9 +176,9 @@ impl Task<'_> {
     fn run(
         self,
         memory: &mut [u8],
-        grid: impl FnOnce(Self, &Surface, &mut [u8]) -> Result<Prepared, PrepareError>,
-    ) -> Result<usize, PrepareError> {
-        let surface = Surface::new(self.point, &self.environment.frame()).map_err(PrepareError::Point)?;
+        grid: impl FnOnce(Self, &Surface, &mut [u8]) -> Result<Prepared, Error>,
+    ) -> Result<usize, Error> {
+        let surface = Surface::new(self.point, &self.environment.frame())?;
         let Prepared { bytes, adds_lobes } = grid(self, &surface, memory)?;
         let product = memory.get_mut(..bytes).unwrap_or_default();
         share::decide(self.environment, &surface, adds_lobes, product);
@@ -198,17 +187,17 @@ impl Task<'_> {
 
     /// The product but for the share of its lobes. Its work stands on the stack no longer than it must.
     #[inline(never)]
-    fn grid_with_work(self, surface: &Surface, memory: &mut [u8]) -> Result<Prepared, PrepareError> {
+    fn grid_with_work(self, surface: &Surface, memory: &mut [u8]) -> Result<Prepared, Error> {
         self.grid(surface, &mut Work::new(), memory)
     }
 
     /// As [`Task::grid_with_work`], with the caller's memory.
     #[inline(always)]
-    fn grid(self, surface: &Surface, work: &mut Work, memory: &mut [u8]) -> Result<Prepared, PrepareError> {
+    fn grid(self, surface: &Surface, work: &mut Work, memory: &mut [u8]) -> Result<Prepared, Error> {
         let Task { level, environment, point, config } = self;
-        let guide = environment.guide().ok_or(PrepareError::Status(Status::NotBuilt))?;
+        let guide = environment.guide().ok_or(Error::new(Status::NotBuilt, 0))?;
         let (grid, power) = (environment.header().grid, environment.header().power);
-        let too_small = |divided| PrepareError::TooSmall(Places::new(grid, divided).bytes);
+        let too_small = |divided| Error::too_small(0, Places::new(grid, divided).bytes);
         let places = Places::new(grid, 0);
         if memory.len() < places.bytes {
             return Err(too_small(0));
@@ -216,11 +205,11 @@ impl Task<'_> {
         let (lobes, allowed) = peak::choose(point.material, surface, &config.mixture);
         let peak = if allowed > 0.0 { surface.mirror() } else { [0.0; 3] };
         let [.., cosine] = surface.wo();
-        let widened = widened(environment, point, &config.mixture, cosine).map_err(PrepareError::Point)?;
+        let widened = widened(environment, point, &config.mixture, cosine)?;
         let cone = Cone::new(config.cone);
         let stage = Stage::new(guide, widened.as_ref().unwrap_or(surface), (allowed, peak), &cone, work);
         let mut rest = memory;
-        let misaligned = PrepareError::Status(Status::Misaligned);
+        let misaligned = Error::new(Status::Misaligned, 0);
         let header = take::<Header>(&mut rest, 1).and_then(|of| of.first_mut()).ok_or(misaligned)?;
         let leaves = take(&mut rest, places.leaves.count).ok_or(misaligned)?;
         let tops = take(&mut rest, places.tops.count).ok_or(misaligned)?;
@@ -272,7 +261,7 @@ fn widened(
     point: &Point<'_>,
     mixture: &Mixture,
     cosine: f32,
-) -> Result<Option<Surface>, Fault> {
+) -> Result<Option<Surface>, Error> {
     let Some(material) = &peak::widened(point.material, mixture, cosine) else { return Ok(None) };
     Surface::new(&Point { material, ..*point }, &environment.frame()).map(Some)
 }

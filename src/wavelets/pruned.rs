@@ -2,7 +2,7 @@
 
 use crate::numeric::times_power;
 use crate::object::Size;
-use crate::status::{Fault, Status};
+use crate::status::{Error, Status};
 use crate::wavelets::stored::{Facts, Header, Parts, Refused, store};
 use crate::wavelets::tree::{MAX_DEPTH, Tree, complete_len};
 use crate::wavelets::{image, prune};
@@ -23,14 +23,14 @@ impl Config {
     /// Checks what a client asks for.
     ///
     /// # Errors
-    /// [`Fault`] names the field.
-    pub fn check(&self) -> core::result::Result<(), Fault> {
-        Fault::first([
+    /// [`Error`] names the field.
+    pub fn check(&self) -> core::result::Result<(), Error> {
+        Error::first([
             ((1..=4).contains(&self.dimensions), c"dimensions"),
             (self.depth <= MAX_DEPTH, c"depth"),
             (self.error_budget >= 0.0, c"error_budget"),
         ])?;
-        self.complete().map(|_| ()).ok_or(Fault { status: Status::Overflow, field: c"depth" })
+        self.complete().map(|_| ()).ok_or(Error::new(Status::Overflow, 0).of(c"depth"))
     }
 
     /// The squares of the complete tree.

@@ -11,7 +11,7 @@ use crate::numeric::{exponent, max, min, times_power};
 use crate::object::Size;
 use crate::simd::{Four, Num};
 use crate::sphere::Frame;
-use crate::status::{Fault, Status};
+use crate::status::{Error, Status};
 use crate::wavelets::pruned::Config;
 use crate::wavelets::stored::{Header, Refused};
 use bytemuck::{cast_slice_mut, try_cast_slice, try_cast_slice_mut};
@@ -50,9 +50,9 @@ impl Rotation {
     /// Checks what a client asks for.
     ///
     /// # Errors
-    /// [`Fault`] names the field.
-    pub fn check(&self) -> core::result::Result<(), Fault> {
-        Fault::first([((0.0..=MAX_LEAST).contains(&self.least), c"least")])?;
+    /// [`Error`] names the field.
+    pub fn check(&self) -> core::result::Result<(), Error> {
+        Error::first([((0.0..=MAX_LEAST).contains(&self.least), c"least")])?;
         self.tree().check()
     }
 

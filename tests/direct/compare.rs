@@ -7,13 +7,14 @@ use crate::support::vector::{V3, add, cross, dot, scale, single, unit};
 use std::f64::consts::PI;
 use wis::brdf::compare::{DIRECTIONS, Match, Mistake, TOGETHER, compare};
 use wis::brdf::material::{Material, Shape};
-use wis::brdf::point::{Fault, Point};
+use wis::brdf::point::Point;
 use wis::brdf::portal::Portal;
 use wis::direct::sampler::{Config, Sampler};
 use wis::ffi::check_point::*;
 use wis::points::sobol;
 use wis::simd::Level;
 use wis::sphere::Frame;
+use wis::status::{Error, Status};
 
 /// A shading point of a renderer: axes, and where it is seen from.
 #[derive(Clone, Copy, Debug)]
@@ -33,6 +34,10 @@ impl Hit {
         let (sine, cosine) = degrees.to_radians().sin_cos();
         add(scale(self.tangent, cosine), scale(cross(self.normal, self.tangent), -sine))
     }
+}
+
+fn failed(direction: usize) -> Error {
+    Error::new(Status::CallbackFailed, 0).of(c"target").in_row(direction)
 }
 
 /// Points seen at these cosines, in frames that have nothing to do with any axis.
@@ -464,11 +469,11 @@ fn bad_values_are_blamed_on_their_direction() {
             }
             true
         };
-        assert_eq!(compare(&point, &Frame::IDENTITY, &mut all), Err((Fault::Target, 2 * TOGETHER + 5)));
+        assert_eq!(compare(&point, &Frame::IDENTITY, &mut all), Err(failed(2 * TOGETHER + 5)));
     }
-    assert_eq!(compare(&point, &Frame::IDENTITY, &mut |_, _| false), Err((Fault::Target, 0)));
+    assert_eq!(compare(&point, &Frame::IDENTITY, &mut |_, _| false), Err(failed(0)));
     let fallen = Point { normal: [0.0; 3], ..point };
-    assert_eq!(compare(&fallen, &Frame::IDENTITY, &mut |_, _| false), Err((Fault::Normal, 0)));
+    assert_eq!(compare(&fallen, &Frame::IDENTITY, &mut |_, _| false), Err(Error::transform(c"normal")));
 }
 
 /// The call of a renderer in Rust, the numbers of the C interface, and sentences that differ.
@@ -489,7 +494,7 @@ fn callers() {
     let found = found.expect("a point");
     assert_eq!((found.mistake, calls), (Mistake::Scaled, DIRECTIONS));
     let answer = sampler.check_point(&light.environment(), &given.point(&material), |_| f32::NAN);
-    assert_eq!(answer, Err(Fault::Target));
+    assert_eq!(answer, Err(failed(0)));
     let verdict = PointVerdict::from(found);
     assert_eq!((verdict.mistake, verdict.scale), (WIS_MISTAKE_SCALED, found.scale));
     let all = [

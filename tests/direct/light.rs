@@ -28,12 +28,13 @@ pub fn description(map: &Map) -> Description {
         exact_zero: false,
         compensated: false,
         light_only: false,
+        rays_only: false,
         budget: 0.0,
     }
 }
 
 /// An environment and its memory.
-pub struct Light(Vec<u64>);
+pub struct Light(Vec<u128>);
 
 impl Light {
     /// The bilinear light of a map, turned.
@@ -44,7 +45,7 @@ impl Light {
     pub fn build(map: &Map, of: &Description) -> Light {
         let plan = Plan::new(of).unwrap();
         let size = plan.size().unwrap();
-        let (mut memory, mut scratch) = (vec![0u64; size.bytes.div_ceil(8)], vec![0u64; size.scratch.div_ceil(8)]);
+        let (mut memory, mut scratch) = (vec![0u128; size.bytes.div_ceil(16)], vec![0u128; size.scratch.div_ceil(16)]);
         let length = (4 * map.channels * map.width) as usize;
         let bytes: &[u8] = bytemuck::cast_slice(&map.pixels);
         let row = |y: u32| bytes.get(y as usize * length..(y as usize + 1) * length);

@@ -8,7 +8,7 @@ use crate::support::maps::{Filter, sky};
 use crate::support::statistics::{LARGEST_MISSED, Mean, chi_square, chi_square_smallest_fault, corrected};
 use crate::support::vector::{V3, add, cross, dot, rotate_back, scale, single, unit};
 use wis::brdf::material::{Kind, Shape};
-use wis::brdf::point::{Fault, Point, Target};
+use wis::brdf::point::{Point, Target};
 use wis::brdf::portal::Portal;
 use wis::direct::Ray;
 use wis::direct::joint::Points;
@@ -16,6 +16,7 @@ use wis::direct::portals::Portals;
 use wis::direct::sampler::Config;
 use wis::simd::Level;
 use wis::sphere::Frame;
+use wis::status::Error;
 
 /// Comparisons of all tests of this file, at most.
 const TESTS: usize = 150;
@@ -384,7 +385,7 @@ fn portals_that_are_none() {
         let point = Point { portals: &[portal, bad], ..client.point() };
         for rays in [0, 1] {
             let answer = sampler.direct(&built.environment(), &point, first_hit(0), rays, &mut [Ray::default()]);
-            assert_eq!(answer, Err(Fault::Portal(1)), "{bad:?}");
+            assert_eq!(answer, Err(Error::range(c"portals").in_row(1)), "{bad:?}");
         }
     }
 }

@@ -98,6 +98,29 @@ fn rays_are_sound_and_the_same_on_every_level() {
     }
 }
 
+/// A light for rays alone has the rays of one with exact tables, to the bit.
+#[test]
+fn rays_need_no_exact_tables() {
+    let materials = materials();
+    for (name, map) in maps() {
+        for budget in [0.0, 0.02] {
+            for compensated in [false, true] {
+                let of = Description { budget, compensated, ..description(&map) };
+                let lights = [true, false]
+                    .map(|rays_only| Light::build(&map, &Description { rays_only, light_only: true, ..of }));
+                let mut random = Random(109);
+                for round in 0..500 {
+                    let (point, at) = (random_point(&mut random, &materials), random_hit(&mut random));
+                    let rays = [1, 3, 16][round % 3];
+                    let [a, b] =
+                        [0, 1].map(|k: usize| Thread::new(16).direct(&lights[k].environment(), &point, at, rays));
+                    assert_eq!(bits(&a), bits(&b), "{name}: {budget} {compensated} {point:?}");
+                }
+            }
+        }
+    }
+}
+
 /// Turns, bounces and seeds give other rays.
 #[test]
 fn other_hits_have_other_rays() {

@@ -8,10 +8,11 @@ use crate::support::maps::Filter;
 use crate::support::statistics::{LARGEST_MISSED, Mean, corrected};
 use crate::support::vector::rotate_back;
 use wis::brdf::material::Shape;
-use wis::brdf::point::{Fault, Point, Target};
+use wis::brdf::point::{Point, Target};
 use wis::direct::Ray;
 use wis::direct::sampler::{Config, Sampler};
 use wis::simd::Level;
+use wis::status::{Error, Status};
 
 /// A client's response, as single floats.
 struct Own<'a>(&'a Client);
@@ -125,7 +126,7 @@ fn failures_and_bad_values_are_told() {
         sampler.direct(&light.environment(), &point, first_hit(1), 4, &mut rays)
     };
     for bad in [None, Some(f32::NAN), Some(f32::INFINITY), Some(-1.0)] {
-        assert_eq!(answer(bad), Err(Fault::Target), "{bad:?}");
+        assert_eq!(answer(bad), Err(Error::new(Status::CallbackFailed, 0).of(c"target")), "{bad:?}");
     }
     // Black everywhere: all candidates are alike. Huge: they are counted as the largest number.
     for sound in [0.0, -0.0, 1e-45, f32::MAX] {

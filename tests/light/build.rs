@@ -23,6 +23,20 @@ fn a_1k_map_takes_3_7_megabytes_at_most() {
     assert!(size(Filter::Nearest, true) <= 2_515_000, "{}", size(Filter::Nearest, true));
 }
 
+/// For rays alone, a map has its texels and strata, and a smooth sky with a budget little of them.
+#[test]
+fn sizes_for_rays_alone() {
+    let of = Description { rays_only: true, ..latlong(1024, 512) };
+    let size = Plan::new(&of).unwrap().size().unwrap();
+    let texels = 2 * 1025 * 514;
+    assert!((texels + 16 * strata::MOST..texels + 16 * strata::MOST + 1024).contains(&size.bytes), "{}", size.bytes);
+    let whole = Plan::new(&latlong(1024, 512)).unwrap().size().unwrap();
+    assert!(size.scratch < whole.scratch && whole.bytes - size.bytes > 2_300_000, "{whole:?}");
+    let sky = Map::new(Layout::LatLong, 256, 128, |_, y| 1.0 + y as f32 / 128.0);
+    let built = Built::new(&sky, &Description { rays_only: true, budget: 0.01, ..sky.description(Filter::Bilinear) });
+    assert!(built.bytes().len() < 8 << 10, "{}", built.bytes().len());
+}
+
 #[test]
 fn sizes_without_a_budget_are_exact_but_for_strata() {
     for (layout, width, height) in layouts(32).into_iter().chain([(Layout::LatLong, 1, 1), (Layout::LatLong, 101, 67)])

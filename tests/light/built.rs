@@ -2,11 +2,12 @@
 
 use super::lookup::Map;
 use wis::light::decode::Pixels;
-use wis::light::environment::{BuildError, Environment, turn};
-use wis::light::pixels::Format;
+use wis::light::environment::{Environment, turn};
 use wis::light::plan::{Description, Plan};
 use wis::simd::{Compute, GROUP, Level, Num, compute, places};
 use wis::sphere::Frame;
+use wis::status::Error;
+use wis::light::pixels::Format;
 
 pub struct Built {
     words: Vec<u128>,
@@ -19,7 +20,7 @@ impl Built {
     }
 
     /// In memory that held other bytes.
-    pub fn over(map: &Map, of: &Description, sanitise: bool, filling: u8) -> Result<Built, BuildError> {
+    pub fn over(map: &Map, of: &Description, sanitise: bool, filling: u8) -> Result<Built, Error> {
         let row = |y: u32| {
             let start = (y * map.width) as usize;
             Some(bytemuck::cast_slice(&map.texels[start..start + map.width as usize]))
@@ -32,7 +33,7 @@ impl Built {
         sanitise: bool,
         filling: u8,
         row: impl Fn(u32) -> Option<&'a [u8]>,
-    ) -> Result<Built, BuildError> {
+    ) -> Result<Built, Error> {
         let plan = Plan::new(of)?;
         let size = plan.size()?;
         let filled = |bytes: usize| vec![u128::from_ne_bytes([filling; 16]); bytes.div_ceil(16)];

@@ -44,6 +44,7 @@ impl Map {
             exact_zero: false,
             compensated: false,
             light_only: false,
+            rays_only: false,
             budget: 0.0,
         }
     }

@@ -4,10 +4,11 @@ use super::built::Built;
 use wis::brdf::point::Point;
 use wis::light::batch::Density;
 use wis::product::density::Shaded;
-use wis::product::prepare::{Config, PrepareError, prepare};
+use wis::product::prepare::{Config, prepare};
 use wis::product::stored::{MAX_DIVIDED, Product, most_bytes};
 use wis::simd::Level;
 use wis::sphere::Frame;
+use wis::status::Error;
 
 pub struct Prepared<'a> {
     pub built: &'a Built,
@@ -31,7 +32,7 @@ impl<'a> Prepared<'a> {
         point: &Point<'_>,
         config: &Config,
         filling: u8,
-    ) -> Result<Prepared<'a>, PrepareError> {
+    ) -> Result<Prepared<'a>, Error> {
         let mut words = vec![u128::from_ne_bytes([filling; 16]); most_bytes(MAX_DIVIDED) / 16];
         let memory = bytemuck::cast_slice_mut(&mut words);
         let bytes = prepare(level, &built.environment(), point, config, memory)?;

@@ -27,7 +27,7 @@ const HEADERS: [Header; 3] = [
         sources: &[
             "src/status.rs",
             "src/ffi/mod.rs",
-            "src/light/request.rs src/ffi/light/rows.rs src/ffi/light.rs src/light/info.rs",
+            "src/light/config.rs src/ffi/light.rs",
             "src/ffi/sampler.rs",
             "src/brdf/portal.rs src/ffi/material.rs",
             "src/direct/ray.rs",

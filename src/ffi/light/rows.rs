@@ -1,56 +1,47 @@
 //! The client's rows of pixels: an array or a callback.
 
-use crate::ffi::{Checked, Failure};
-use crate::light::environment::BuildError;
-use crate::light::pixels::{Format, RowError, Rows};
-use crate::status::{Fault, Status};
+use crate::ffi::Checked;
+use crate::light::config::RowFn;
+use crate::light::pixels::{Format, Rows};
+use crate::status::{Error, Status};
 use core::ffi::c_void;
 
-/// Gives row `y` in the format of the configuration. The bytes must stay as they are until the next call on the same
-/// thread. Null stops the build with WIS_CALLBACK_FAILED.
-pub type RowFn = Option<unsafe extern "C" fn(user: *mut c_void, y: u32) -> *const c_void>;
-
-/// Where rows of pixels come from, as a configuration says it.
-pub(in crate::ffi) struct Source {
+/// The client's rows, as a configuration describes them.
+pub(in crate::ffi) struct PixelRows {
     pub(in crate::ffi) pixels: *const c_void,
     pub(in crate::ffi) row_stride: isize,
     pub(in crate::ffi) row: RowFn,
     pub(in crate::ffi) row_user: *mut c_void,
-}
-
-/// The client's rows.
-pub(in crate::ffi) struct PixelRows {
-    source: Source,
-    row_bytes: usize,
+    pub(in crate::ffi) row_bytes: usize,
 }
 
 impl PixelRows {
-    /// Checks what a configuration, which is argument 1, says about `height` rows of `row_bytes`.
-    pub(in crate::ffi) fn new(source: Source, format: Format, row_bytes: usize, height: u32) -> Checked<PixelRows> {
-        let Source { pixels, row_stride, row, .. } = source;
+    /// Checks what a configuration, which is argument 1, says about `height` rows.
+    pub(in crate::ffi) fn checked(self, format: Format, height: u32) -> Checked<PixelRows> {
+        let PixelRows { pixels, row_stride, row, row_bytes, .. } = self;
         let stride = if row_stride == 0 { row_bytes as isize } else { row_stride };
         if stride.unsigned_abs() < row_bytes {
-            return Err(Failure::fault(Fault::range(c"row_stride"), 1));
+            return Err(Error::range(c"row_stride").instead(1));
         }
         if stride % format.bytes() as isize != 0 {
-            return Err(Failure::new(Status::Misaligned, 1).of(c"row_stride"));
+            return Err(Error::new(Status::Misaligned, 1).of(c"row_stride"));
         }
         if stride.checked_mul(height as isize).is_none() {
-            return Err(Failure::new(Status::Overflow, 1).of(c"row_stride"));
+            return Err(Error::new(Status::Overflow, 1).of(c"row_stride"));
         }
         if pixels.is_null() && row.is_none() {
-            return Err(Failure::new(Status::NullPointer, 1).of(c"pixels"));
+            return Err(Error::new(Status::NullPointer, 1).of(c"pixels"));
         }
         if pixels.addr() % format.bytes() != 0 {
-            return Err(Failure::new(Status::Misaligned, 1).of(c"pixels"));
+            return Err(Error::new(Status::Misaligned, 1).of(c"pixels"));
         }
-        Ok(PixelRows { source: Source { row_stride: stride, ..source }, row_bytes })
+        Ok(PixelRows { row_stride: stride, ..self })
     }
 }
 
 impl Rows for PixelRows {
     fn row(&self, y: u32) -> Option<&[u8]> {
-        let Source { pixels, row_stride, row, row_user } = self.source;
+        let &PixelRows { pixels, row_stride, row, row_user, .. } = self;
         let start: *const u8 = match row {
             // SAFETY: row y of the array that the client describes; the offset was checked to fit an isize.
             _ if !pixels.is_null() => unsafe { pixels.cast::<u8>().byte_offset(row_stride * y as isize) },
@@ -63,22 +54,5 @@ impl Rows for PixelRows {
         }
         // SAFETY: the client gives rows of that many bytes.
         Some(unsafe { core::slice::from_raw_parts(start, self.row_bytes) })
-    }
-}
-
-/// What a row that could not be decoded is to the caller, whose configuration is argument 1.
-pub(in crate::ffi) fn row_failure(y: u32, error: RowError) -> Failure {
-    match error {
-        RowError::Missing => Failure::at(error.status(), 1, 0, y).of(c"row"),
-        RowError::Texel(texel) => Failure::at(error.status(), 1, texel.x, texel.y).of(c"pixels"),
-    }
-}
-
-/// Why a build stopped; of which arguments are what is at fault else, and the block.
-pub(in crate::ffi) fn build_failure(error: BuildError, [input, memory]: [u32; 2]) -> Failure {
-    match error {
-        BuildError::Row(y, error) => row_failure(y, error),
-        BuildError::TooSmall(bytes) => Failure::too_small(memory, bytes),
-        BuildError::Status(status) => Failure::new(status, input),
     }
 }

@@ -1,17 +1,15 @@
 //! Places inside strata in C.
 
 use crate::ffi::light::LightConfig;
-use crate::ffi::light::rows::build_failure;
 use crate::ffi::lights::strata::read_map;
 use crate::ffi::memory::{block_mut, handle, stored_or};
 use crate::ffi::{
-    Checked, Diagnostic, Failure, MemorySize, answer, borrow, out, put, put_size, require, require_all, sized, slice,
-    slice_mut,
+    Checked, Diagnostic, MemorySize, answer, borrow, out, put, put_size, require, require_all, sized, slice, slice_mut,
 };
 use crate::lights::jitter::{self, Config, Header, Jitter as Table};
 use crate::sample::Sample;
 use crate::sphere::Frame;
-use crate::status::{Fault, Status};
+use crate::status::{Error, Status};
 use core::ffi::c_void;
 use core::ptr::null_mut;
 
@@ -60,7 +58,7 @@ pub unsafe extern "C" fn wis_jitter_size(
     answer(diagnostic, || unsafe {
         let (map, _) = read_map(map)?;
         let config = Config { size: map.size(), lights: checked(config)?.light_count };
-        put_size(size, 3, config.size().ok_or(Failure::new(Status::Overflow, 1)))
+        put_size(size, 3, config.size().ok_or(Error::new(Status::Overflow, 1)))
     })
 }
 
@@ -85,17 +83,17 @@ pub unsafe extern "C" fn wis_jitter_init(
         let (map, rows) = read_map(map)?;
         let &JitterConfig { light_count, distribution, label, .. } = checked(config)?;
         let config = Config { size: map.size(), lights: light_count };
-        let size = config.size().ok_or(Failure::new(Status::Overflow, 1))?;
+        let size = config.size().ok_or(Error::new(Status::Overflow, 1))?;
         let labels: &[u32] = slice(label, config.texels(), 2).map_err(|at| at.of(c"label"))?;
         let block = block_mut(memory, bytes, size.bytes, 3)?;
         block_mut(scratch, scratch_bytes, size.scratch, 5)?;
         let target = out(jitter, 7)?;
         let luminance: &mut [f64] = slice_mut(scratch.cast(), config.texels(), 5)?;
-        map.decode(&rows, luminance, &mut []).map_err(|error| build_failure(error, [1, 5]))?;
+        map.decode(&rows, luminance, &mut []).map_err(|error| error.of_build([1, 5]))?;
         let luminance = Some(&*luminance).filter(|_| distribution == WIS_JITTER_ENERGY);
         let wrong = || labels.iter().position(|&label| label >= light_count).unwrap_or(0);
         let built = config.build_in(&map.frame, labels, luminance, block);
-        built.map_err(|status| Failure::new(status, 2).of(c"label").in_row(2, wrong()))?;
+        built.map_err(|status| Error::new(status, 2).of(c"label").in_row(wrong()))?;
         target.write(memory.cast_const().cast());
         Ok(())
     })
@@ -118,7 +116,7 @@ pub unsafe extern "C" fn wis_jitter_open(
     answer(diagnostic, || unsafe {
         let target = out(jitter, 3)?;
         let opened = Table::open(stored_or(Status::Corrupt, memory, bytes, 1, Header::length)?);
-        opened.map_err(|status| Failure::new(status, 1))?;
+        opened.map_err(|status| Error::new(status, 1))?;
         target.write(memory.cast());
         Ok(())
     })
@@ -161,7 +159,7 @@ pub unsafe extern "C" fn wis_jitter_pdf(
     answer(null_mut(), || unsafe {
         let (table, frame) = view(jitter, light)?;
         let wi = *borrow(wi, 3)?;
-        put(pdf, 4, table.pdf(&frame, light, wi).map_err(|status| Failure::new(status, 3)))
+        put(pdf, 4, table.pdf(&frame, light, wi).map_err(|status| Error::new(status, 3)))
     })
 }
 
@@ -202,8 +200,8 @@ pub unsafe extern "C" fn wis_strata_order(
 unsafe fn checked<'a>(config: *const JitterConfig) -> Checked<&'a JitterConfig> {
     // SAFETY: the caller's contract.
     let config = unsafe { sized(config, 2)? };
-    Fault::first([(config.distribution <= WIS_JITTER_ENERGY, c"distribution"), (config.reserved == 0, c"reserved")])
-        .map_err(|fault| Failure::fault(fault, 2))?;
+    Error::first([(config.distribution <= WIS_JITTER_ENERGY, c"distribution"), (config.reserved == 0, c"reserved")])
+        .map_err(|error| error.instead(2))?;
     Ok(config)
 }
 
@@ -214,6 +212,6 @@ unsafe fn checked<'a>(config: *const JitterConfig) -> Checked<&'a JitterConfig> 
 unsafe fn view<'a>(jitter: *const Jitter, light: u32) -> Checked<(Table<'a>, Frame)> {
     // SAFETY: the caller's contract.
     let bytes = unsafe { handle(jitter.cast(), Header::length, 1)? };
-    let viewed = Table::view(bytes).ok_or(Failure::new(Status::Mismatch, 1))?;
-    if light < viewed.0.strata() { Ok(viewed) } else { Err(Failure::new(Status::InvalidArgument, 2)) }
+    let viewed = Table::view(bytes).ok_or(Error::new(Status::Mismatch, 1))?;
+    if light < viewed.0.strata() { Ok(viewed) } else { Err(Error::new(Status::InvalidArgument, 2)) }
 }

@@ -1,15 +1,14 @@
 //! Structured importance sampling in C: a map as directional lights.
 
-use crate::ffi::light::rows::{PixelRows, build_failure};
+use crate::ffi::light::rows::PixelRows;
 use crate::ffi::light::{LightConfig, read_config};
 use crate::ffi::memory::block_mut;
-use crate::ffi::{Checked, Diagnostic, Failure, MemorySize, answer, out, put_size, sized, slice, slice_mut};
+use crate::ffi::{Checked, Diagnostic, MemorySize, answer, out, put_size, sized, slice, slice_mut};
 use crate::light::chart::Layout as Chart;
-use crate::light::environment::BuildError;
 use crate::light::pixels::{Layout, Pixels};
 use crate::lights::map::Map;
 use crate::lights::strata::{Config, Light};
-use crate::status::{Fault, Status};
+use crate::status::{Error, Status};
 use core::ffi::c_void;
 
 /// How to cut a map into strata. Zeros stand for the paper's choices.
@@ -45,7 +44,7 @@ pub unsafe extern "C" fn wis_strata_size(
     // SAFETY: the caller's contract.
     answer(diagnostic, || unsafe {
         let (config, ..) = read(map, config)?;
-        put_size(size, 3, config.size().ok_or(Failure::new(Status::Overflow, 1)))
+        put_size(size, 3, config.size().ok_or(Error::new(Status::Overflow, 1)))
     })
 }
 
@@ -74,14 +73,14 @@ pub unsafe extern "C" fn wis_strata_lights(
     // SAFETY: the caller's contract.
     answer(diagnostic, || unsafe {
         let (config, map, rows) = read(map, config)?;
-        let size = config.size().ok_or(Failure::new(Status::Overflow, 1))?;
+        let size = config.size().ok_or(Error::new(Status::Overflow, 1))?;
         let block = block_mut(scratch, scratch_bytes, size.scratch, 3)?;
         let lights = slice_mut(lights, config.capacity(), 5)?;
         let light_count = out(light_count, 6)?;
         let label = if label.is_null() { &mut [] } else { slice_mut(label, config.texels(), 7)? };
-        let written = config.lights_in(&map, &rows, block, lights, label).map_err(|error| match error {
-            BuildError::Status(Status::InvalidArgument) => Failure::new(Status::InvalidArgument, 2),
-            error => build_failure(error, [1, 3]),
+        let written = config.lights_in(&map, &rows, block, lights, label).map_err(|error| match error.status {
+            Status::InvalidArgument => error.instead(2),
+            _ => error.of_build([1, 3]),
         })?;
         light_count.write(written as u32);
         Ok(())
@@ -96,8 +95,8 @@ pub(super) unsafe fn read_map(map: *const LightConfig) -> Checked<(Map, PixelRow
     // SAFETY: the caller's contract.
     let (request, rows) = unsafe { read_config(map)? };
     let of = &request.plan.of;
-    Fault::first([(of.layout == Chart::LatLong, c"layout"), (!of.rows_at_poles, c"flags")])
-        .map_err(|fault| Failure::fault(fault, 1))?;
+    Error::first([(of.layout == Chart::LatLong, c"layout"), (!of.rows_at_poles, c"flags")])
+        .map_err(|error| error.instead(1))?;
     let (channels, format, sanitise) = (request.pixels.channels, request.pixels.format, request.pixels.sanitise);
     let pixels = Pixels { layout: Layout::LatLong, width: of.width, height: of.height, channels, format };
     Ok((Map { pixels, frame: request.frame, sanitise }, rows))
@@ -119,12 +118,12 @@ unsafe fn read(map: *const LightConfig, config: *const StrataConfig) -> Checked<
         (map, rows, given, exponents)
     };
     let limit = if given.angle_limit == 0.0 { 0.01 } else { given.angle_limit };
-    Fault::first([
+    Error::first([
         (given.levels <= 64, c"levels"),
         (limit > 0.0 && limit <= f32::MAX, c"angle_limit"),
         (exponents.iter().all(|exponent| (0.0..=8.0).contains(exponent)), c"exponents"),
     ])
-    .map_err(|fault| Failure::fault(fault, 2))?;
+    .map_err(|error| error.instead(2))?;
     let exponent = |i: usize| exponents.get(i).map_or(0.0, |&exponent| f64::from(exponent));
     let [width, height] = map.size();
     let config = Config {
@@ -135,7 +134,7 @@ unsafe fn read(map: *const LightConfig, config: *const StrataConfig) -> Checked<
         ..Config::new(width, height, given.count)
     };
     if config.texels() >= u32::MAX as usize {
-        return Err(Failure::new(Status::Overflow, 1).of(c"height"));
+        return Err(Error::new(Status::Overflow, 1).of(c"height"));
     }
     Ok((config, map, rows))
 }

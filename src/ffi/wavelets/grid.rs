@@ -1,8 +1,8 @@
 //! Grids of directions in C.
 
-use crate::ffi::{Failure, answer, borrow, frame, out, put, require};
+use crate::ffi::{answer, borrow, frame, out, put, require};
 use crate::sphere::{self, square, unit};
-use crate::status::Status;
+use crate::status::{Error, Status};
 use crate::wavelets::grid::{self, WIS_MAX_GRID};
 use core::ptr::null_mut;
 
@@ -23,7 +23,7 @@ pub unsafe extern "C" fn wis_grid_cells(
     // SAFETY: the caller's contract.
     answer(null_mut(), || unsafe {
         require((1..=WIS_MAX_GRID).contains(&side), Status::InvalidArgument, 1)?;
-        let wi = unit(*borrow(wi, 2)?).ok_or(Failure::new(Status::InvalidTransform, 2))?;
+        let wi = unit(*borrow(wi, 2)?).ok_or(Error::new(Status::InvalidTransform, 2))?;
         let (to_cell, to_weights) = (out(cell, 3)?, out(weights, 4)?);
         let (cells, values) = grid::about(side, wi);
         to_cell.write(cells);
@@ -66,7 +66,7 @@ pub unsafe extern "C" fn wis_square_point(
 ) -> Status {
     // SAFETY: the caller's contract.
     answer(null_mut(), || unsafe {
-        let wi = unit(*borrow(wi, 1)?).ok_or(Failure::new(Status::InvalidTransform, 1))?;
+        let wi = unit(*borrow(wi, 1)?).ok_or(Error::new(Status::InvalidTransform, 1))?;
         let frame = frame(world_from_tree, 2)?;
         put(point, 3, Ok(square(frame.to_map(wi))))
     })

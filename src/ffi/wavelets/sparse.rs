@@ -2,8 +2,8 @@
 
 use crate::ffi::wavelets::memory::ordered;
 use crate::ffi::wavelets::tree::{Tree, view};
-use crate::ffi::{Checked, Diagnostic, Failure, answer, out, put, require, sized, slice_mut};
-use crate::status::{Fault, Status};
+use crate::ffi::{Checked, Diagnostic, answer, out, put, require, sized, slice_mut};
+use crate::status::{Error, Status};
 use crate::wavelets::approximate;
 use crate::wavelets::sparse::{self, Details, Set, Unfit};
 use crate::wavelets::stored::Stored;
@@ -55,7 +55,7 @@ pub unsafe extern "C" fn wis_sparse_select(
         let stored = view(tree, 1)?;
         let (list, target) = (slice_mut(kept, keep as usize, 3)?, out(kept_count, 4)?);
         let used = approximate::select(&stored.tree, keep, stored.header.exponent, list);
-        target.write(used.map_err(|status| Failure::new(status, 1))? as u32);
+        target.write(used.map_err(|status| Error::new(status, 1))? as u32);
         Ok(())
     })
 }
@@ -117,12 +117,12 @@ unsafe fn cube<'a>(set: *const DetailSet, most: u32, argument: u32) -> Checked<(
     // SAFETY: the caller's contract.
     unsafe {
         let &DetailSet { axes, count, reserved, average, details, .. } = sized(set, argument)?;
-        Fault::first([
+        Error::first([
             ((1..=most).contains(&axes), c"axes"),
             (reserved == 0, c"reserved"),
             (average.is_finite(), c"average"),
         ])
-        .map_err(|fault| Failure::fault(fault, argument))?;
+        .map_err(|error| error.instead(argument))?;
         let in_order = |list: &[Details]| sparse::disorder(list, axes);
         let list = ordered(details, count, argument, in_order).map_err(|at| at.of(c"details"))?;
         Ok((axes, Set { average, wavelets: list }))
@@ -149,8 +149,8 @@ unsafe fn report(
         Err(Unfit::Room(squares)) => {
             tell(squares);
             let bytes = squares.saturating_mul(size_of::<Details>() as u64);
-            Err(Failure::too_small(3, usize::try_from(bytes).unwrap_or(usize::MAX)))
+            Err(Error::too_small(3, usize::try_from(bytes).unwrap_or(usize::MAX)))
         }
-        Err(Unfit::Range) => Err(Failure::new(Status::Overflow, 0)),
+        Err(Unfit::Range) => Err(Error::new(Status::Overflow, 0)),
     }
 }

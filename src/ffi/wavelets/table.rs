@@ -1,8 +1,8 @@
 //! Tabulated BRDFs in C: which slices a view needs, and in which frame they lie.
 
-use crate::ffi::{Failure, answer, borrow, out, require};
+use crate::ffi::{answer, borrow, out, require};
 use crate::sphere::unit;
-use crate::status::Status;
+use crate::status::{Error, Status};
 use crate::wavelets::table::{View, WIS_MAX_SLICES};
 use core::ptr::null_mut;
 
@@ -33,7 +33,7 @@ pub unsafe extern "C" fn wis_table_view(
     answer(null_mut(), || unsafe {
         require((1..=WIS_MAX_SLICES).contains(&slice_count), Status::InvalidArgument, 1)?;
         let direction =
-            |v, argument| unit(*borrow(v, argument)?).ok_or(Failure::new(Status::InvalidTransform, argument));
+            |v, argument| unit(*borrow(v, argument)?).ok_or(Error::new(Status::InvalidTransform, argument));
         let (normal, wo) = (direction(normal, 2)?, direction(wo, 3)?);
         let (slice, weight, frame) = (out(slice, 4)?, out(weight, 5)?, out(world_from_tree, 6)?);
         let View { slices, weights, axes } = View::new(normal, wo, slice_count);

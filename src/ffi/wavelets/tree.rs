@@ -4,8 +4,8 @@ pub use crate::wavelets::stored::TreeInfo;
 
 use crate::ffi::memory::handle;
 use crate::ffi::wavelets::memory::{Results, stored};
-use crate::ffi::{Checked, Diagnostic, Failure, answer, out, put, slice, slice_mut};
-use crate::status::Status;
+use crate::ffi::{Checked, Diagnostic, answer, out, put, slice, slice_mut};
+use crate::status::{Error, Status};
 use crate::wavelets::stored::{AnyTree, Header, Stored, in_units};
 use crate::wavelets::tree as kernel;
 use core::ffi::c_void;
@@ -40,7 +40,7 @@ pub unsafe extern "C" fn wis_tree_open(
     answer(diagnostic, || unsafe {
         let results = Results::new((tree, 3), (info, 4))?;
         let opened = Stored::open(stored(memory, bytes, Header::checked_length)?);
-        results.publish(memory, opened.map_err(|status| Failure::new(status, 1))?.header.info())
+        results.publish(memory, opened.map_err(|status| Error::new(status, 1))?.header.info())
     })
 }
 
@@ -55,7 +55,7 @@ pub unsafe extern "C" fn wis_tree_product_integral(e: *const Tree, f: *const Tre
     // SAFETY: the caller's contract.
     answer(null_mut(), || unsafe {
         let (e, f) = (view(e, 1)?, view(f, 2)?);
-        let product = e.tree.product_integral(&f.tree).ok_or(Failure::new(Status::InvalidArgument, 2));
+        let product = e.tree.product_integral(&f.tree).ok_or(Error::new(Status::InvalidArgument, 2));
         put(integral, 3, product.and_then(|sum| integral_of(sum, &[e.header.exponent, f.header.exponent], 3)))
     })
 }
@@ -104,7 +104,7 @@ pub unsafe extern "C" fn wis_tree_invert(tree: *const Tree, point: *const f32, u
         let tree = view(tree, 1)?.tree;
         let axes = tree.axes() as usize;
         let (point, u) = (slice(point, axes, 2)?, slice_mut(u, axes, 3)?);
-        tree.invert(point, u).map_err(|status| Failure::new(status, 2))
+        tree.invert(point, u).map_err(|status| Error::new(status, 2))
     })
 }
 
@@ -127,9 +127,9 @@ pub unsafe extern "C" fn wis_warp_in_place(
     answer(diagnostic, || unsafe {
         let tree = view(tree, 1)?.tree;
         let numbers = count.checked_mul(tree.axes() as usize).filter(|n| *n <= isize::MAX as usize / size_of::<f32>());
-        let numbers = numbers.ok_or(Failure::new(Status::Overflow, 4))?;
+        let numbers = numbers.ok_or(Error::new(Status::Overflow, 4))?;
         let (points, index) = (slice_mut(points, numbers, 2)?, slice_mut(index, count, 3)?);
-        tree.warp_in_place(points, index).map_err(|status| Failure::new(status, 1))
+        tree.warp_in_place(points, index).map_err(|status| Error::new(status, 1))
     })
 }
 
@@ -141,7 +141,7 @@ pub unsafe extern "C" fn wis_warp_in_place(
 pub(super) unsafe fn view<'a>(tree: *const Tree, argument: u32) -> Checked<Stored<'a>> {
     // SAFETY: the caller's contract.
     let bytes = unsafe { handle(tree.cast(), Header::length, argument)? };
-    Stored::view(bytes).ok_or(Failure::new(Status::Mismatch, argument))
+    Stored::view(bytes).ok_or(Error::new(Status::Mismatch, argument))
 }
 
 /// A tree of two dimensions, and the exponent of the power of two that its stored values are to be multiplied by.
@@ -152,11 +152,11 @@ pub(super) unsafe fn square_tree<'a>(tree: *const Tree, argument: u32) -> Checke
     // SAFETY: the caller's contract.
     match unsafe { view(tree, argument)? } {
         Stored { tree: AnyTree::Square(tree), header } => Ok((tree, header.exponent)),
-        _ => Err(Failure::new(Status::InvalidArgument, argument)),
+        _ => Err(Error::new(Status::InvalidArgument, argument)),
     }
 }
 
 /// An integral in the units of the input.
 pub(super) fn integral_of(stored: f64, exponents: &[i32], argument: u32) -> Checked<f64> {
-    in_units(stored, exponents).ok_or(Failure::new(Status::Overflow, argument))
+    in_units(stored, exponents).ok_or(Error::new(Status::Overflow, argument))
 }

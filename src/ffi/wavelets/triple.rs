@@ -2,9 +2,9 @@
 
 use crate::ffi::wavelets::memory::ordered;
 use crate::ffi::wavelets::tree::{Tree, integral_of, square_tree};
-use crate::ffi::{Checked, Diagnostic, Failure, answer, out, put, require, require_all, slice, slice_mut};
+use crate::ffi::{Checked, Diagnostic, answer, out, put, require, require_all, slice, slice_mut};
 use crate::numeric::exp2i;
-use crate::status::Status;
+use crate::status::{Error, Status};
 use crate::wavelets::approximate;
 use crate::wavelets::combine::WIS_MAX_BLEND;
 use crate::wavelets::triple::{self, Quadtree, Wavelets};
@@ -60,11 +60,11 @@ pub unsafe extern "C" fn wis_triple_select(
         let select = match rule {
             WIS_SELECT_WAVELETS => approximate::select,
             WIS_SELECT_SQUARES => approximate::select_squares,
-            _ => return Err(Failure::new(Status::InvalidArgument, 2)),
+            _ => return Err(Error::new(Status::InvalidArgument, 2)),
         };
         let (wavelets, target) = (slice_mut(wavelets, keep as usize, 4)?, out(wavelet_count, 5)?);
         let squares = select(&tree.into(), keep, exponent, wavelets);
-        target.write(squares.map_err(|status| Failure::new(status, 1))? as u32);
+        target.write(squares.map_err(|status| Error::new(status, 1))? as u32);
         Ok(())
     })
 }
@@ -154,14 +154,14 @@ pub unsafe extern "C" fn wis_triple_blend(
             require_all(weights, 4, |weight| weight.is_finite())?;
             for (k, (slot, (handle, count))) in lists.iter_mut().zip(handles.iter().zip(counts)).enumerate() {
                 let list = ordered(*handle, *count, 2, triple::disorder);
-                *slot = list.map_err(|at| at.in_column().in_row(2, k))?;
+                *slot = list.map_err(|at| Error { x: at.y, ..at.instead(2) }.in_row(k))?;
             }
         }
         let wavelets = slice_mut(wavelets, room as usize, 6)?;
         let squares = triple::blend(lists.get(..count).unwrap_or(&[]), weights, wavelets);
-        let squares = squares.map_err(|status| Failure::new(status, 4))?;
+        let squares = squares.map_err(|status| Error::new(status, 4))?;
         target.write(squares as u32);
         let needed = squares * size_of::<Wavelets>();
-        if squares > wavelets.len() { Err(Failure::too_small(5, needed)) } else { Ok(()) }
+        if squares > wavelets.len() { Err(Error::too_small(5, needed)) } else { Ok(()) }
     })
 }

@@ -4,9 +4,9 @@ use crate::ffi::memory::{block_mut, handle};
 use crate::ffi::wavelets::memory::stored;
 use crate::ffi::wavelets::tree::{Tree, integral_of, square_tree};
 use crate::ffi::wavelets::triple::sublinear;
-use crate::ffi::{Checked, Diagnostic, Failure, MemorySize, answer, out, put, put_size};
+use crate::ffi::{Checked, Diagnostic, MemorySize, answer, out, put, put_size};
 use crate::numeric::exp2i;
-use crate::status::Status;
+use crate::status::{Error, Status};
 use crate::wavelets::triple::Wavelets;
 use crate::wavelets::visibility::{self as kernel, Header};
 use core::ffi::c_void;
@@ -34,7 +34,7 @@ pub unsafe extern "C" fn wis_visibility_size(
     // SAFETY: the caller's contract.
     answer(diagnostic, || unsafe {
         let (tree, _) = square_tree(tree, 1)?;
-        put_size(size, 2, kernel::size(&tree).ok_or(Failure::new(Status::Overflow, 1)))
+        put_size(size, 2, kernel::size(&tree).ok_or(Error::new(Status::Overflow, 1)))
     })
 }
 
@@ -55,10 +55,10 @@ pub unsafe extern "C" fn wis_visibility_init(
     // SAFETY: the caller's contract.
     answer(diagnostic, || unsafe {
         let (tree, exponent) = square_tree(tree, 1)?;
-        let size = kernel::size(&tree).ok_or(Failure::new(Status::Overflow, 1))?;
+        let size = kernel::size(&tree).ok_or(Error::new(Status::Overflow, 1))?;
         let block = block_mut(memory, bytes, size.bytes, 2)?;
         let target = out(visibility, 4)?;
-        kernel::compress_in(&tree, exp2i(exponent), block).map_err(|status| Failure::new(status, 1))?;
+        kernel::compress_in(&tree, exp2i(exponent), block).map_err(|status| Error::new(status, 1))?;
         target.write(memory.cast_const().cast());
         Ok(())
     })
@@ -80,7 +80,7 @@ pub unsafe extern "C" fn wis_visibility_open(
     // SAFETY: the caller's contract.
     answer(diagnostic, || unsafe {
         let target = out(visibility, 3)?;
-        kernel::Visibility::open(stored(memory, bytes, Header::length)?).map_err(|status| Failure::new(status, 1))?;
+        kernel::Visibility::open(stored(memory, bytes, Header::length)?).map_err(|status| Error::new(status, 1))?;
         target.write(memory.cast());
         Ok(())
     })
@@ -137,5 +137,5 @@ pub unsafe extern "C" fn wis_visibility_product_integral(
 unsafe fn view<'a>(visibility: *const Visibility, argument: u32) -> Checked<kernel::Visibility<'a>> {
     // SAFETY: the caller's contract.
     let bytes = unsafe { handle(visibility.cast(), Header::length, argument)? };
-    kernel::Visibility::view(bytes).ok_or(Failure::new(Status::Mismatch, argument))
+    kernel::Visibility::view(bytes).ok_or(Error::new(Status::Mismatch, argument))
 }

@@ -4,9 +4,9 @@ use super::{Tree, TreeInfo, view};
 use crate::ffi::light::{EnvironmentObject, environment};
 use crate::ffi::memory::block_mut;
 use crate::ffi::wavelets::memory::{Results, ordered, room_mut};
-use crate::ffi::{Checked, Diagnostic, Failure, MemorySize, answer, frame, put_size, require_all, sized, slice};
+use crate::ffi::{Checked, Diagnostic, MemorySize, answer, frame, put_size, require_all, sized, slice};
 use crate::object::Size;
-use crate::status::{Fault, Status};
+use crate::status::{Error, Status};
 use crate::wavelets::combine::{MAX_FACTORS, WIS_MAX_BLEND, add_in, multiply_in, product_size, sum_size};
 use crate::wavelets::pruned::Config;
 use crate::wavelets::rotated::Rotation;
@@ -285,11 +285,11 @@ impl Blocks {
 
 /// Checks fields of the configuration, each with whether it is in its range.
 fn in_range<const N: usize>(fields: [(bool, &'static CStr); N]) -> Checked<()> {
-    Fault::first(fields).map_err(|fault| Failure::fault(fault, 1))
+    Error::first(fields).map_err(|error| error.instead(1))
 }
 
-fn no_source() -> Failure {
-    Failure::fault(Fault::range(c"source"), 1)
+fn no_source() -> Error {
+    Error::range(c"source").instead(1)
 }
 
 /// The field that tells what the tree is made of.
@@ -304,17 +304,17 @@ fn subject(config: &TreeConfig) -> &'static CStr {
 }
 
 /// The tree, or its average, is too large.
-fn overflow(config: &TreeConfig) -> Failure {
-    Failure::new(Status::Overflow, 1).of(subject(config))
+fn overflow(config: &TreeConfig) -> Error {
+    Error::new(Status::Overflow, 1).of(subject(config))
 }
 
 /// Why a tree was not built.
-fn refused(why: Refused, config: &TreeConfig) -> Failure {
+fn refused(why: Refused, config: &TreeConfig) -> Error {
     match why {
-        Refused::Memory(bytes) => Failure::too_small(2, bytes),
-        Refused::Scratch(bytes) => Failure::too_small(4, bytes),
+        Refused::Memory(bytes) => Error::too_small(2, bytes),
+        Refused::Scratch(bytes) => Error::too_small(4, bytes),
         Refused::Squares | Refused::Average => overflow(config),
-        Refused::Input(status) => Failure::new(status, 1).of(subject(config)),
+        Refused::Input(status) => Error::new(status, 1).of(subject(config)),
     }
 }
 
@@ -322,7 +322,7 @@ fn refused(why: Refused, config: &TreeConfig) -> Failure {
 fn grid(config: &TreeConfig) -> Checked<Config> {
     let &TreeConfig { dimensions, depth, error_budget, .. } = config;
     let grid = Config { dimensions, depth, error_budget };
-    grid.check().map_err(|fault| Failure::fault(fault, 1))?;
+    grid.check().map_err(|error| error.instead(1))?;
     Ok(grid)
 }
 
@@ -338,14 +338,14 @@ unsafe fn read_pixels<'a>(config: &TreeConfig) -> Checked<&'a [f32]> {
     let Some(pixel) = image::first_invalid(pixels) else { return Ok(pixels) };
     let along = |value: usize| u32::try_from(value).unwrap_or(u32::MAX);
     let (x, y) = (pixel & ((1 << depth) - 1), pixel >> depth);
-    Err(Failure::at(Status::InvalidTexel, 1, along(x), along(y)).of(c"pixels"))
+    Err(Error::new(Status::InvalidTexel, 1).at(along(x), along(y)).of(c"pixels"))
 }
 
 /// How a map is rotated, checked.
 fn rotation(config: &TreeConfig) -> Checked<Rotation> {
     let &TreeConfig { depth, error_budget, least, .. } = config;
     let rotation = Rotation { depth, error_budget, least };
-    rotation.check().map_err(|fault| Failure::fault(fault, 1))?;
+    rotation.check().map_err(|error| error.instead(1))?;
     Ok(rotation)
 }
 
@@ -411,7 +411,7 @@ unsafe fn read_trees<'a>(
 ) -> Checked<Trees<'a>> {
     let count = config.tree_count as usize;
     in_range([(counts.contains(&count), c"tree_count")])?;
-    let of_tree = |at: Failure, k| at.in_row(1, k).of(c"trees");
+    let of_tree = |at: Error, k| at.instead(1).in_row(k).of(c"trees");
     // SAFETY: the caller's contract.
     unsafe {
         let handles = slice(config.trees, count, 1).map_err(|at| of_tree(at, 0))?;
@@ -421,7 +421,7 @@ unsafe fn read_trees<'a>(
         for ((k, &handle), tree) in handles.iter().enumerate().zip(&mut trees) {
             *tree = read(k, handle)?;
             if !fits(first.tree.axes(), tree.tree.axes()) {
-                return Err(of_tree(Failure::new(Status::InvalidArgument, 1), k));
+                return Err(of_tree(Error::new(Status::InvalidArgument, 1), k));
             }
         }
         Ok(Trees { trees, count })

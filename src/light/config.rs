@@ -1,0 +1,258 @@
+//! A light in the numbers of the C interface: what a client asks for, checked, and what was built.
+
+use super::chart::Layout;
+use super::decode::Pixels;
+use super::environment::Environment;
+use super::pixels::{Format, check_map};
+use super::plan::{Description, Filter, MAX_SIDE, Plan};
+use crate::numeric::ContentHash;
+use crate::sphere::Frame;
+use crate::status::{Error, Status};
+use core::ffi::c_void;
+
+/// Columns: azimuth 2 pi (x + 1/2) / width from +x to +y. Rows: angle pi (y + 1/2) / height from +z.
+pub const WIS_LAYOUT_LATLONG: u32 = 1;
+/// Six square faces below one another, +x -x +y -y +z -z, each as OpenGL orients it; height = 6 width.
+pub const WIS_LAYOUT_CUBE: u32 = 2;
+/// Equal-area octahedral square (Clarberg 2008): +z in the centre, columns along x; height = width.
+pub const WIS_LAYOUT_OCTAHEDRAL: u32 = 3;
+
+/// 32-bit floats.
+pub const WIS_FORMAT_F32: u32 = 1;
+/// 16-bit floats.
+pub const WIS_FORMAT_F16: u32 = 2;
+
+/// You interpolate between texel centres. Azimuth wraps, poles mirror, edges of cube and octahedron join.
+pub const WIS_FILTER_BILINEAR: u32 = 0;
+/// You take the texel that holds the direction.
+pub const WIS_FILTER_NEAREST: u32 = 1;
+
+/// Lat-long: the first and the last row lie at the poles: theta = pi y / (height - 1).
+pub const WIS_ENVIRONMENT_ROWS_AT_POLES: u32 = 1;
+/// Black texels get pdf 0. Otherwise none counts as darker than 2^-16 of the mean.
+pub const WIS_ENVIRONMENT_EXACT_ZERO: u32 = 2;
+/// The density is that of max(L - mean, L / 64) (Karlik et al. 2019): for path tracers and MIS.
+pub const WIS_ENVIRONMENT_COMPENSATED: u32 = 4;
+/// NaN and -Inf count as 0, +Inf as 65504, instead of being rejected. Clamp your look-up alike.
+pub const WIS_ENVIRONMENT_SANITISE: u32 = 8;
+
+/// No products will be prepared with it, nor shared by hits: 21 kB less. wis_product_prepare answers WIS_NOT_BUILT.
+pub const WIS_ENVIRONMENT_LIGHT_ONLY: u32 = 16;
+/// Only rays will be drawn with it: no exact tables. 1.3 MB for a map of 1024 x 512, in half the time; wis_sample, wis_pdf, wis_invert,
+/// wis_product_prepare and wis_check answer WIS_NOT_BUILT, with the field `flags`.
+pub const WIS_ENVIRONMENT_RAYS_ONLY: u32 = 64;
+/// Negative channels count by their size instead of as 0: pdf > 0 wherever |L| > 0.
+pub const WIS_ENVIRONMENT_ABSOLUTE: u32 = 32;
+
+const ALL_FLAGS: u32 = WIS_ENVIRONMENT_ROWS_AT_POLES
+    | WIS_ENVIRONMENT_EXACT_ZERO
+    | WIS_ENVIRONMENT_COMPENSATED
+    | WIS_ENVIRONMENT_SANITISE
+    | WIS_ENVIRONMENT_LIGHT_ONLY
+    | WIS_ENVIRONMENT_RAYS_ONLY
+    | WIS_ENVIRONMENT_ABSOLUTE;
+
+/// The layout of this number.
+///
+/// # Errors
+/// [`Error`] names the field.
+pub fn layout_of(number: u32) -> Result<Layout, Error> {
+    match number {
+        WIS_LAYOUT_LATLONG => Ok(Layout::LatLong),
+        WIS_LAYOUT_CUBE => Ok(Layout::Cube),
+        WIS_LAYOUT_OCTAHEDRAL => Ok(Layout::Octahedral),
+        _ => Err(Error::range(c"layout")),
+    }
+}
+
+/// Gives row `y` in the format of the configuration. The bytes must stay as they are until the next call on the same
+/// thread. Null stops the build with WIS_CALLBACK_FAILED.
+pub type RowFn = Option<unsafe extern "C" fn(user: *mut c_void, y: u32) -> *const c_void>;
+
+/// The map, and what to build from it.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct LightConfig {
+    /// sizeof(wis_environment_config).
+    pub size: u32,
+    /// WIS_LAYOUT_*.
+    pub layout: u32,
+    /// Texels in a row, 1 to 32768, also odd; more is WIS_OVERFLOW.
+    pub width: u32,
+    /// Rows, 1 to 32768; of a cube map all six faces. More is WIS_OVERFLOW.
+    pub height: u32,
+    /// 1 (luminance), 3 (RGB) or 4 (alpha is ignored), linear Rec. 709. Negative ones count as 0: clamp alike.
+    pub channels: u32,
+    /// WIS_FORMAT_*.
+    pub format: u32,
+    /// WIS_FILTER_*: how you look the map up.
+    pub filter: u32,
+    /// WIS_ENVIRONMENT_*, or 0.
+    pub flags: u32,
+    /// The relative standard deviation of radiance / pdf that coarser tables may add, 0 to 1; 0: every texel.
+    pub error_budget: f32,
+    /// Texel 0 of row 0, aligned to its format; or null, and `row` gives the rows, which need no alignment.
+    pub pixels: *const c_void,
+    /// Bytes from a row to the next, a multiple of a channel's, may be negative; 0: rows stand close together.
+    pub row_stride: isize,
+    /// Used if `pixels` is null; called from each thread that runs the first pass.
+    pub row: RowFn,
+    /// Handed to `row`.
+    pub row_user: *mut c_void,
+    /// A row-major 3x3 rotation or reflection, world = M map, within 1e-4; null is the identity. Copied.
+    pub world_from_map: *const f32,
+}
+
+/// A build that was asked for.
+#[derive(Clone, Copy, Debug)]
+pub struct Request {
+    /// What the map becomes.
+    pub plan: Plan,
+    /// How its pixels are stored.
+    pub pixels: Pixels,
+    /// From its space to the world's.
+    pub frame: Frame,
+    /// WIS_ENVIRONMENT_*.
+    pub flags: u32,
+}
+
+/// The format of this number.
+///
+/// # Errors
+/// [`Error`] names the field.
+pub fn format_of(number: u32) -> Result<Format, Error> {
+    match number {
+        WIS_FORMAT_F32 => Ok(Format::F32),
+        WIS_FORMAT_F16 => Ok(Format::F16),
+        _ => Err(Error::range(c"format")),
+    }
+}
+
+impl Request {
+    /// Checks a configuration; the frame is the identity.
+    ///
+    /// # Errors
+    /// [`Error`] names the field.
+    pub fn new(config: &LightConfig) -> Result<Request, Error> {
+        let &LightConfig { width, height, channels, flags, error_budget, .. } = config;
+        let (layout, format) = (layout_of(config.layout)?, format_of(config.format)?);
+        let filter = match config.filter {
+            WIS_FILTER_BILINEAR => Filter::Bilinear,
+            WIS_FILTER_NEAREST => Filter::Nearest,
+            _ => return Err(Error::range(c"filter")),
+        };
+        let has = |flag: u32| flags & flag != 0;
+        check_map(layout, [width, height], channels)?;
+        Error::first([
+            (flags & !ALL_FLAGS == 0, c"flags"),
+            (!has(WIS_ENVIRONMENT_ROWS_AT_POLES) || layout == Layout::LatLong, c"flags"),
+            ((0.0..=1.0).contains(&error_budget), c"error_budget"),
+        ])?;
+        let faces = if layout == Layout::Cube { 6 } else { 1 };
+        for (side, field) in [(width, c"width"), (height / faces, c"height")] {
+            if side > MAX_SIDE {
+                return Err(Error::new(Status::Overflow, 0).of(field));
+            }
+        }
+        let (sanitise, absolute) = (has(WIS_ENVIRONMENT_SANITISE), has(WIS_ENVIRONMENT_ABSOLUTE));
+        let pixels = Pixels { channels, format, sanitise, absolute };
+        let plan = Plan::new(&Description {
+            layout,
+            width,
+            height,
+            filter,
+            rows_at_poles: has(WIS_ENVIRONMENT_ROWS_AT_POLES),
+            exact_zero: has(WIS_ENVIRONMENT_EXACT_ZERO),
+            compensated: has(WIS_ENVIRONMENT_COMPENSATED),
+            light_only: has(WIS_ENVIRONMENT_LIGHT_ONLY),
+            rays_only: has(WIS_ENVIRONMENT_RAYS_ONLY),
+            // -0 is 0.
+            budget: error_budget.abs(),
+        });
+        // What a plan refuses was refused above.
+        let plan = plan.map_err(|status| Error::new(status, 0).of(c"layout"))?;
+        Ok(Request { plan, pixels, frame: Frame::IDENTITY, flags })
+    }
+
+    /// Bytes of a row of texels.
+    pub fn row_bytes(&self) -> usize {
+        self.pixels.row_bytes(self.plan.of.width).unwrap_or(usize::MAX)
+    }
+
+    /// Tells whether a later call of the same build brings the same configuration.
+    pub fn fingerprint(&self) -> u64 {
+        let of = &self.plan.of;
+        let mut hash = ContentHash::new();
+        for word in [of.layout as u32, of.width, of.height, of.filter as u32, self.flags, of.budget.to_bits()] {
+            hash.add(word.into());
+        }
+        for word in [self.pixels.channels, self.pixels.format as u32] {
+            hash.add(word.into());
+        }
+        hash.add_floats(&self.frame.to_array());
+        hash.finish()
+    }
+}
+
+/// What was built.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default)]
+pub struct LightInfo {
+    /// sizeof(wis_environment_info), set by the caller.
+    pub size: u32,
+    /// WIS_LAYOUT_*.
+    pub layout: u32,
+    /// Texels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// WIS_FILTER_*.
+    pub filter: u32,
+    /// WIS_ENVIRONMENT_*, but for WIS_ENVIRONMENT_SANITISE and WIS_ENVIRONMENT_ABSOLUTE.
+    pub flags: u32,
+    /// Bytes of the environment: that much of the block is in use and needs to be saved.
+    pub bytes: u64,
+    /// Texels that had a negative channel, or one that WIS_ENVIRONMENT_SANITISE replaced.
+    pub sanitised: u64,
+    /// Tells environments apart: a hash of the bytes, also of world_from_map.
+    pub content_id: u64,
+    /// The integral of luminance, or of what compensation leaves of it, over the sphere: unit of the map x steradian. WIS_ENVIRONMENT_RAYS_ONLY: of luminance.
+    pub power: f64,
+    /// The mean luminance over the sphere, in the unit of the map.
+    pub mean: f64,
+    /// The share of the light that the brightest texel gives, 0 to 1.
+    pub largest_share: f64,
+    /// The relative standard deviation of radiance / pdf that the error budget added.
+    pub error: f64,
+}
+
+impl LightInfo {
+    /// What an environment is.
+    pub fn of(environment: &Environment<'_>) -> LightInfo {
+        let (header, of) = (environment.header(), environment.description());
+        let flag = |on: bool, flag: u32| if on { flag } else { 0 };
+        LightInfo {
+            size: size_of::<LightInfo>() as u32,
+            layout: match of.layout {
+                Layout::LatLong => WIS_LAYOUT_LATLONG,
+                Layout::Cube => WIS_LAYOUT_CUBE,
+                Layout::Octahedral => WIS_LAYOUT_OCTAHEDRAL,
+            },
+            width: of.width,
+            height: of.height,
+            filter: if of.filter == Filter::Bilinear { WIS_FILTER_BILINEAR } else { WIS_FILTER_NEAREST },
+            flags: flag(of.rows_at_poles, WIS_ENVIRONMENT_ROWS_AT_POLES)
+                | flag(of.exact_zero, WIS_ENVIRONMENT_EXACT_ZERO)
+                | flag(of.compensated, WIS_ENVIRONMENT_COMPENSATED)
+                | flag(of.light_only, WIS_ENVIRONMENT_LIGHT_ONLY)
+                | flag(of.rays_only, WIS_ENVIRONMENT_RAYS_ONLY),
+            bytes: header.bytes,
+            sanitised: header.sanitised,
+            content_id: header.content_id,
+            power: header.power,
+            mean: header.mean,
+            largest_share: header.largest_share,
+            error: header.error,
+        }
+    }
+}

@@ -7,6 +7,7 @@
 
 pub mod candidates;
 pub mod effort;
+pub mod group;
 pub mod joint;
 pub mod pick;
 pub mod place;

@@ -1,8 +1,9 @@
 //! The working memory of one thread: its CPU level, its configuration, and room for candidates.
 
 use super::Ray;
-use super::candidates::{Candidates, Draw, DrawInto};
+use super::candidates::{Draw, DrawInto, favour_portals, weigh_by};
 use super::effort::Effort;
+use super::group::Group;
 use super::joint::Points;
 use super::pick::Pick;
 use super::portals::Portals;
@@ -11,7 +12,7 @@ use crate::brdf::point::{Fault, Point};
 use crate::brdf::surface::Surface;
 use crate::light::environment::Environment;
 use crate::product::prepare::Work;
-use crate::simd::{Level, compute};
+use crate::simd::{GROUP, Level, compute};
 use bytemuck::{Pod, Zeroable};
 
 /// The most rays of a call that a sampler can be made for.
@@ -55,7 +56,7 @@ impl Config {
     /// Bytes of what a call works in: candidates, or what a product is prepared with.
     fn scratch_bytes(&self) -> usize {
         let prepares = shared::is_worth(self.hits_per_pixel);
-        let candidates = 5 * 4 * self.effort(self.rays as usize).most();
+        let candidates = size_of::<Group>() / GROUP * self.effort(self.rays as usize).most();
         if prepares { candidates.max(size_of::<Work>()) } else { candidates }
     }
 
@@ -201,29 +202,27 @@ impl Call<'_> {
     fn rays(&self, scratch: &mut [f32], out: &mut [Ray], portals: Option<&Portals>) -> Result<usize, Fault> {
         let &Call { level, config, environment, point, points } = self;
         let frame = &environment.frame();
-        let mut surface = Surface::EMPTY;
+        let mut surface = Surface::empty();
         surface.set(point, frame)?;
         let surface = &surface;
         let (compensated, targeted) = (is_compensated(environment, point), point.target.is_some());
         let counts =
             Effort { compensated, targeted, portals: portals.is_some(), ..config.effort(out.len()) }.counts(surface);
-        let mut columns = scratch.chunks_exact_mut(counts.sum().max(1));
-        let mut column = || columns.next().unwrap_or_default();
-        let candidates =
-            &mut Candidates { direction: [column(), column(), column()], density: column(), weight: column() };
+        let groups = scratch.get_mut(..counts.sum() * (size_of::<Group>() / GROUP / size_of::<f32>()));
+        let groups: &mut [Group] = groups.and_then(|room| bytemuck::try_cast_slice_mut(room).ok()).unwrap_or_default();
         let light = &environment.source();
         let (without_lobes, seen) = (targeted, point.seen);
         let draw = Draw { light, surface, points, frame, counts, without_lobes, compensated, seen, portals };
         if let Some(portals) = portals {
-            portals.enter(&points, counts.light + counts.lobes, &mut candidates.direction);
+            portals.enter(&points, groups.get_mut((counts.light + counts.lobes) / GROUP..).unwrap_or_default());
         }
-        compute(level, DrawInto(&draw, candidates));
+        compute(level, DrawInto(&draw, groups));
         if let Some(target) = point.target {
-            candidates.weigh_by(target, frame).ok_or(Fault::Target)?;
+            weigh_by(groups, target, frame).ok_or(Fault::Target)?;
         }
         if portals.is_some() {
-            candidates.favour_portals();
+            favour_portals(groups);
         }
-        Ok(compute(level, Pick { candidates, frame, points, count: counts.light, out }))
+        Ok(compute(level, Pick { groups, frame, points, count: counts.light, out }))
     }
 }

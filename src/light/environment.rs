@@ -431,12 +431,8 @@ impl<'a> Environment<'a> {
         let axis = |k: usize| Axis { patches: h.patches[k], length: h.length[k], shift: h.shift[k] };
         let chart = Chart { layout: layout_of(h.layout), axes: [axis(0), axis(1)], offset: h.offset };
         let (blob, s, of) = (Blob::new(self.bytes), &h.sections, &h.stand_in);
-        let radiance = Radiance {
-            words: blob.part(s.texels, of.words),
-            tiles: blob.part(s.tiles, of.tiles.into()),
-            tile: of.tile_side,
-            bilinear: h.flags & BILINEAR != 0,
-        };
+        let (words, tiles) = (blob.part(s.texels, of.words), blob.part(s.tiles, of.tiles.into()));
+        let radiance = Radiance::new(words, tiles, of.tile_side, h.flags & BILINEAR != 0, &chart);
         let strata = blob.part(s.strata, of.strata.into());
         Source { chart, radiance, strata, mean: of.mean, inverse_power: of.inverse_power }
     }

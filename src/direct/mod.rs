@@ -14,6 +14,10 @@ pub mod place;
 pub mod portals;
 pub mod ray;
 pub mod sampler;
+#[cfg(feature = "products")]
+pub mod shared;
+#[cfg(not(feature = "products"))]
+#[path = "unshared.rs"]
 pub mod shared;
 
 pub use ray::Ray;

@@ -11,7 +11,6 @@ use super::shared::{self, Shared};
 use crate::brdf::point::{Fault, Point};
 use crate::brdf::surface::Surface;
 use crate::light::environment::Environment;
-use crate::product::prepare::Work;
 use crate::simd::{GROUP, Level, compute};
 use bytemuck::{Pod, Zeroable};
 
@@ -57,7 +56,7 @@ impl Config {
     fn scratch_bytes(&self) -> usize {
         let prepares = shared::is_worth(self.hits_per_pixel);
         let candidates = size_of::<Group>() / GROUP * self.effort(self.rays as usize).most();
-        if prepares { candidates.max(size_of::<Work>()) } else { candidates }
+        if prepares { candidates.max(shared::scratch_bytes()) } else { candidates }
     }
 
     /// Bytes of the products that hits share.
@@ -98,8 +97,13 @@ impl<'a> Sampler<'a> {
         let (shared, rest) = memory.split_at_mut_checked(config.shared_bytes())?;
         let (wave, scratch) = rest.split_at_mut_checked(config.wave_bytes())?;
         let wave = bytemuck::try_cast_slice_mut(wave).ok()?;
-        let shared = if shared.is_empty() { None } else { Some(Shared::new(shared)) };
-        Some(Sampler { level, config, shared, wave, scratch: bytemuck::try_cast_slice_mut(scratch).ok()? })
+        Some(Sampler {
+            level,
+            config,
+            shared: Shared::new(shared),
+            wave,
+            scratch: bytemuck::try_cast_slice_mut(scratch).ok()?,
+        })
     }
 
     /// The instructions that it uses.
@@ -148,20 +152,13 @@ impl<'a> Sampler<'a> {
         if let Some(shared) = shares
             && shared::is_wide(check(environment, point)?)
         {
-            let Some(work) = work(self.scratch) else { return Ok(0) };
-            if let Some(count) = shared.direct(self.level, environment, point, &points, work, out)? {
+            if let Some(count) = shared.direct(self.level, environment, point, &points, self.scratch, out)? {
                 return Ok(count);
             }
         }
         let call = Call { level: self.level, config: self.config, environment, point, points };
         if point.portals.is_empty() { call.rays(self.scratch, out, None) } else { call.through(self.scratch, out) }
     }
-}
-
-/// What a product is prepared with; `None` if the scratch of the sampler is too short.
-fn work(scratch: &mut [f32]) -> Option<&mut Work> {
-    let bytes = bytemuck::cast_slice_mut(scratch).get_mut(..size_of::<Work>())?;
-    bytemuck::try_from_bytes_mut(bytes).ok()
 }
 
 /// Whether rays bring only the radiance above the mean.

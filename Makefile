@@ -11,6 +11,8 @@ DATA    ?= ../shared/data
 FEATURES ?= lights wavelets
 # Instructions above those of every processor of the target, which a sampler detects. Empty: none.
 LEVELS ?= avx2
+# Empty: wis_direct alone, without wis_product_*, wis_sample, wis_pdf and wis_invert.
+PRODUCTS ?= products
 
 TARGET  := $(or $(CARGO_TARGET_DIR),target)
 VERSION := $(shell sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -n 1)
@@ -37,8 +39,8 @@ FILL_IN := sed -e 's/@VERSION@/$(VERSION)/' -e 's/@MAJOR@/$(MAJOR)/' -e 's/@MINO
 help: ## list the targets
 	@sed -n 's/^\([a-z0-9-]*\):.*## /\1\t/p' Makefile | expand -t 17
 
-lib: ## build the static and the shared library into build/lib: FEATURES= for the renderer's part alone, LEVELS= without AVX2
-	$(CARGO) build --release --package wis-capi --no-default-features --features '$(FEATURES) $(LEVELS)'
+lib: ## build the static and the shared library into build/lib: FEATURES= for the renderer's part alone, LEVELS= without AVX2, PRODUCTS= without products
+	$(CARGO) build --release --package wis-capi --no-default-features --features '$(FEATURES) $(PRODUCTS) $(LEVELS)'
 	install -d $(LIB)
 	rm -f $(LIB)/libwis.*
 	OBJCOPY='$(OBJCOPY)' scripts/localise.sh $(TARGET)/release/libwis.a $(LIB)/libwis.a

@@ -12,10 +12,10 @@ mkdir -p "$out"
 # call, directions of it, material, width of the map, goal, the most instructions (those of 2026-11-27 and 2 %), those on record, those of
 # version 0.2; of products, those before they were laid in one pass. Of several directions one counts.
 goals="
-direct  1  lambert 256  2700  3273  3209 11395
-direct  1  ggx     256  3600  5071  4972 20487
-direct  1  lambert 1024 2700  3276  3212 11076
-direct  1  ggx     1024 3600  5076  4976 19891
+direct  1  lambert 256  2700  3078  3018 11395
+direct  1  ggx     256  3600  4878  4782 20487
+direct  1  lambert 1024 2700  3081  3021 11076
+direct  1  ggx     1024 3600  4882  4786 19891
 prepare 1  lambert 1024 6500  10222 10022 18787
 prepare 1  ggx     1024 16000 25995 25485 32227
 sample  1  lambert 1024 1200  3301  3236 3213

@@ -11,6 +11,7 @@ mkdir -p "$out"
 # name, goal, the most bytes (sizes of 2026-11-27 and 5 %), bytes on record
 goals="
 renderer-shared 200000 541000 515534
+rays-shared     150000 337000 320718
 whole-shared    400000 764000 727188
 static-minimal  128000 386000 368120
 "
@@ -20,12 +21,16 @@ text() { size -A "$1" | awk '$1 == ".text" { print $2 }'; }
 make --no-print-directory lib FEATURES= BUILD="$out/renderer" > "$out/renderer.log" 2>&1 || { cat "$out/renderer.log"; exit 1; }
 # What only other parts use belongs to them.
 if grep '^warning' "$out/renderer.log"; then exit 1; fi
+# Rays alone, at the width of every processor.
+make --no-print-directory lib FEATURES= PRODUCTS= LEVELS= BUILD="$out/rays" > "$out/rays.log" 2>&1 || { cat "$out/rays.log"; exit 1; }
+if grep '^warning' "$out/rays.log"; then exit 1; fi
 cc -std=c99 -O2 -Iinclude -ffunction-sections -Wl,--gc-sections c-examples/minimal.c "$whole/libwis.a" -o "$out/minimal"
 "$out/minimal"
 
 measured() {
     case $1 in
         renderer-shared) text "$(readlink -f "$out/renderer/lib/libwis.so")" ;;
+        rays-shared) text "$(readlink -f "$out/rays/lib/libwis.so")" ;;
         whole-shared) text "$(readlink -f "$whole/libwis.so")" ;;
         static-minimal) text "$out/minimal" ;;
     esac
@@ -33,7 +38,7 @@ measured() {
 
 grown=0
 printf '%-16s %8s %8s %8s\n' .text bytes goal recorded
-for name in renderer-shared whole-shared static-minimal; do
+for name in renderer-shared rays-shared whole-shared static-minimal; do
     read -r goal most recorded << END
 $(echo "$goals" | awk -v name="$name" '$1 == name { print $2, $3, $4 }')
 END

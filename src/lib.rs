@@ -19,6 +19,7 @@ pub mod numeric;
 pub mod object;
 pub mod points;
 pub mod pool;
+#[cfg(feature = "products")]
 #[doc(hidden)]
 pub mod product;
 mod render;

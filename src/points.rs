@@ -71,39 +71,31 @@ fn pascal<W: Whole>(index: W) -> W {
 
 /// The third Sobol coordinate of an index, its digits least significant first: the sequence of the primitive polynomial
 /// x^2 + x + 1 with the initial numbers 1 and 3 (Joe and Kuo 2008, "Constructing Sobol sequences with better two-dimensional
-/// projections").
+/// projections"). Four digits of the index at a time.
 #[inline(always)]
-pub(crate) fn third_sobol<F: Num>(index: u32) -> u32 {
-    const DIRECTIONS: [u32; 32] = {
-        let mut v = [0; 32];
+pub(crate) fn third_sobol(index: u32) -> u32 {
+    const PARTS: [[u32; 16]; 8] = {
+        let mut v = [0u32; 32];
         (v[0], v[1]) = (1 << 31, 3 << 30);
         let mut k = 2;
         while k < 32 {
             v[k] = v[k - 1] ^ v[k - 2] ^ (v[k - 2] >> 2);
             k += 1;
         }
-        v
-    };
-    /// Bit k of a number times this is its highest bit.
-    const TO_HIGHEST: [u32; 32] = {
-        let mut v = [1; 32];
-        let mut k = 0;
-        while k < 32 {
-            v[k] = 1 << (31 - k);
-            k += 1;
+        let mut parts = [[0; 16]; 8];
+        let mut i = 0usize;
+        while i < 8 * 16 {
+            // The one without its highest digit, and that.
+            let (part, digits) = (i / 16, i % 16);
+            if let Some(highest) = digits.checked_ilog2() {
+                let highest = highest as usize;
+                parts[part][digits] = parts[part][digits ^ 1 << highest] ^ v[4 * part + highest].reverse_bits();
+            }
+            i += 1;
         }
-        v
+        parts
     };
-    let mut digits = F::Whole::splat(0);
-    for (directions, to_highest) in DIRECTIONS.chunks_exact(F::WIDTH).zip(TO_HIGHEST.chunks_exact(F::WIDTH)) {
-        let bits = (F::Whole::splat(index) * F::whole(F::read_ints(to_highest))).shr::<31>();
-        digits = digits ^ (bits * F::whole(F::read_ints(directions)));
-    }
-    let mut all = 0;
-    for digits in F::ints_of(digits).as_ref() {
-        all ^= digits;
-    }
-    all.reverse_bits()
+    PARTS.iter().enumerate().fold(0, |sum, (part, of)| sum ^ of[(index >> (4 * part) & 15) as usize])
 }
 
 /// A permutation in which each bit depends on itself and lower bits: Burley 2020, Section 3 (constants from there).

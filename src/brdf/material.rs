@@ -189,6 +189,6 @@ impl Material {
 
     /// Whether a lobe depends on the tangent.
     pub fn is_anisotropic(&self) -> bool {
-        self.lobes().iter().any(|lobe| lobe.kind.is_ggx() && lobe.a != lobe.b)
+        self.lobes().iter().any(|lobe| lobe.a != lobe.b && lobe.kind.is_ggx())
     }
 }

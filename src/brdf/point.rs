@@ -10,17 +10,18 @@ pub trait Target: core::fmt::Debug {
     fn f_cos(&self, wi: &[[f32; 3]], out: &mut [f32]) -> bool;
 }
 
-/// A shading point in world space.
+/// A shading point in world space. What C has side by side is apart here: copied in one piece, it would be a call of `memcpy`.
+#[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Point<'a> {
-    /// The shape of its lobes.
-    pub material: &'a Material,
     /// The shading normal, unit length.
     pub normal: [f32; 3],
     /// The direction of alpha along the tangent; all 0: any, if no lobe is anisotropic.
     pub tangent: [f32; 3],
     /// The direction to the viewer, unit length.
     pub wo: [f32; 3],
+    /// The shape of its lobes.
+    pub material: &'a Material,
     /// Linear RGB factor of each lobe, finite and not negative.
     pub weight: [[f32; 3]; MAX_LOBES],
     /// GGX: reflectance at normal incidence, RGB in [0, 1].

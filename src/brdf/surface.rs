@@ -48,7 +48,7 @@ pub struct Surface {
     /// Whether directions on both sides count.
     whole: bool,
     cosine_included: bool,
-    lobes: [Lobe; MAX_LOBES],
+    lobes: [Option<Lobe>; MAX_LOBES],
     count: usize,
     /// The least alpha of lobes that scatter; f32::MAX if all are diffuse.
     least_alpha: f32,
@@ -91,16 +91,25 @@ pub fn shares(point: &Point<'_>, cosine: f32) -> [f32; MAX_LOBES] {
 }
 
 impl Surface {
-    /// A point without lobes, seen along its normal.
-    pub const EMPTY: Surface = Surface {
-        axes: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-        wo: [0.0, 0.0, 1.0],
-        whole: false,
-        cosine_included: false,
-        lobes: [Lobe { shape: LobeShape::Lambert, fresnel: [0.0; 2], share: 0.0, inverse: 1.0 }; MAX_LOBES],
-        count: 0,
-        least_alpha: f32::MAX,
-    };
+    /// A point without lobes, seen along its normal. No constant: that would be copied, and here lobes are just none.
+    #[inline(always)]
+    pub fn empty() -> Surface {
+        Surface {
+            axes: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            wo: [0.0, 0.0, 1.0],
+            whole: false,
+            cosine_included: false,
+            lobes: [None, None, None, None],
+            count: 0,
+            least_alpha: f32::MAX,
+        }
+    }
+
+    /// Its lobes.
+    #[inline(always)]
+    fn lobes(&self) -> impl Iterator<Item = &Lobe> {
+        self.lobes.iter().take(self.count).flatten()
+    }
 
     /// Checks a point and prepares it in map space.
     ///
@@ -108,12 +117,12 @@ impl Surface {
     /// What is wrong with it.
     #[inline(always)]
     pub fn new(point: &Point<'_>, frame: &Frame) -> Result<Surface, Error> {
-        let mut surface = Surface::EMPTY;
+        let mut surface = Surface::empty();
         surface.set(point, frame)?;
         Ok(surface)
     }
 
-    /// As [`Surface::new`], in place of [`Surface::EMPTY`]: nothing is copied.
+    /// As [`Surface::new`], in place of [`Surface::empty`]: nothing is copied.
     ///
     /// # Errors
     /// As [`Surface::new`].
@@ -144,7 +153,7 @@ impl Surface {
             if shape.kind.is_ggx() && !f0.iter().all(|f| (0.0..=1.0).contains(f)) {
                 return Err(Error::range(c"f0").in_row(index));
             }
-            lobe.shape = match shape.kind {
+            let shaped = match shape.kind {
                 Kind::Ggx => LobeShape::Ggx(Ggx::new([shape.a, shape.b], seen)),
                 Kind::Phong if above => LobeShape::Phong(Phong::new(shape.a, self.wo)),
                 Kind::Phong => LobeShape::PhongFromBelow(Phong::drawn(shape.a, self.wo)),
@@ -159,21 +168,23 @@ impl Surface {
                     Kind::Phong => libm::powf(min(sqrt(x * x + y * y), 1.0), shape.a) > FAINT,
                     kind => !kind.is_ggx(),
                 };
+            let (mut fresnel, mut share) = ([0.0; 2], 0.0);
             if visible {
-                lobe.fresnel = schlick(shape.kind, *weight, *f0);
-                lobe.share = reflectance(lobe.fresnel, self.wo[2]);
-                total += lobe.share;
-                if lobe.share > 0.0 {
+                fresnel = schlick(shape.kind, *weight, *f0);
+                share = reflectance(fresnel, self.wo[2]);
+                total += share;
+                if share > 0.0 {
                     self.least_alpha = min(self.least_alpha, shape.alpha());
                 }
             }
+            *lobe = Some(Lobe { shape: shaped, fresnel, share, inverse: 1.0 });
         }
         if !above && !(total > 0.0) {
             // As without lobes.
             self.count = 0;
         }
         let count = self.count;
-        for lobe in self.lobes.iter_mut().take(count) {
+        for lobe in self.lobes.iter_mut().take(count).flatten() {
             lobe.share = share(lobe.share, total, count);
             lobe.inverse = 1.0 / lobe.share;
         }
@@ -187,13 +198,12 @@ impl Surface {
 
     /// Whether BRDF x cosine is a constant times the cosine, above the horizon alone.
     pub fn is_diffuse(&self) -> bool {
-        let mut lobes = self.lobes.iter().take(self.count);
-        !self.whole && lobes.all(|lobe| matches!(lobe.shape, LobeShape::Lambert))
+        !self.whole && self.lobes().all(|lobe| matches!(lobe.shape, LobeShape::Lambert))
     }
 
     /// What the cosine is multiplied by where BRDF x cosine is that, above the horizon alone.
     pub fn diffuse(&self) -> Option<f32> {
-        let albedo: f32 = self.lobes.iter().take(self.count).map(|lobe| lobe.fresnel[0]).sum();
+        let albedo: f32 = self.lobes().map(|lobe| lobe.fresnel[0]).sum();
         let is_diffuse = self.count > 0 && self.is_diffuse() && !self.cosine_included && albedo < f32::MAX;
         is_diffuse.then_some(albedo * FRAC_1_PI)
     }
@@ -226,7 +236,7 @@ impl Surface {
 
     /// The share of directions that [`Surface::sample`] draws from each lobe; all 0 without lobes.
     pub fn shares(&self) -> [f32; MAX_LOBES] {
-        self.lobes.map(|lobe| lobe.share)
+        self.lobes.map(|lobe| lobe.map_or(0.0, |lobe| lobe.share))
     }
 
     /// How many lobes there are.
@@ -275,7 +285,7 @@ impl Surface {
             return (factor * counts, self.default_pdf(cosine));
         }
         let (mut value, mut pdf) = (zero, zero);
-        for lobe in self.lobes.iter().take(self.count) {
+        for lobe in self.lobes() {
             let share = F::splat(lobe.share);
             let constant = F::splat(lobe.fresnel[0]);
             match &lobe.shape {
@@ -338,7 +348,7 @@ impl Surface {
         }
         let mut wi = [zero, zero, F::splat(1.0)];
         let mut before = 0.0;
-        for lobe in self.lobes.iter().take(self.count).filter(|lobe| lobe.share > 0.0) {
+        for lobe in self.lobes().filter(|lobe| lobe.share > 0.0) {
             let here = F::splat(before).le(u[0]);
             let last = F::splat(ONE_MINUS_EPSILON);
             let first = ((u[0] - before) * lobe.inverse).max(zero).min(last);
@@ -417,7 +427,9 @@ fn fifth_power(x: f32) -> f32 {
 
 /// A unit tangent in map space: the client's, made orthogonal to the normal, or any where it is not needed.
 fn tangent(normal: Vec3, given: [f32; 3], frame: &Frame, needed: bool) -> Option<Vec3> {
-    if !given.iter().all(|t| t.is_finite()) {
+    // Nothing times what is not finite is no number.
+    let [x, y, z] = given;
+    if x * 0.0 + y * 0.0 + z * 0.0 != 0.0 {
         return None;
     }
     if !needed {

@@ -8,6 +8,7 @@
 //! Candidates stand in order: those of the light along the kD-tree of the strata, those of the lobes along a Morton curve of their numbers.
 //! Systematic picks are then spread over directions, also over those of other hits of the pixel (rule 39).
 
+use super::group::Group;
 use super::joint::{Points, Set};
 use super::place::place;
 use super::portals::Portals;
@@ -16,24 +17,12 @@ use crate::brdf::surface::Surface;
 use crate::light::candidates::Source;
 use crate::light::chart::square_of;
 use crate::light::density::to_world;
-use crate::simd::{Compute, Num};
+use crate::simd::{Compute, GROUP, Num, places};
 use crate::sphere::Frame;
 use crate::visibility::{CELLS, Factors, cell};
 
-/// The fewest candidates of a source that has any: a multiple of all widths of lanes.
-pub const FEWEST: usize = 8;
-
-/// Candidates of a hit, component by component.
-#[derive(Debug)]
-pub struct Candidates<'a> {
-    /// Directions in map space; before, those of portals, and the two numbers of each other candidate and nothing.
-    pub direction: [&'a mut [f32]; 3],
-    /// Densities with counts: what a candidate's target is divided by; infinite where a direction does not count. With portals, negative
-    /// outside all of them until [`Candidates::favour_portals`].
-    pub density: &'a mut [f32],
-    /// Target over density.
-    pub weight: &'a mut [f32],
-}
+/// The fewest candidates of a source that has any.
+pub const FEWEST: usize = GROUP;
 
 /// How many candidates come from each source, one after the other: powers of two from [`FEWEST`] on, or none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -50,6 +39,12 @@ impl Counts {
     /// All candidates.
     pub fn sum(&self) -> usize {
         self.light + self.lobes + self.portals
+    }
+
+    /// Groups of each source.
+    #[inline(always)]
+    fn groups(&self) -> [usize; 3] {
+        [self.light, self.lobes, self.portals].map(|count| count / GROUP)
     }
 }
 
@@ -76,32 +71,33 @@ pub struct Draw<'a> {
 }
 
 /// Draws all candidates into room for as many.
-pub struct DrawInto<'a, 'b>(pub &'a Draw<'a>, pub &'a mut Candidates<'b>);
+pub struct DrawInto<'a>(pub &'a Draw<'a>, pub &'a mut [Group]);
 
-impl Compute for DrawInto<'_, '_> {
+impl Compute for DrawInto<'_> {
     type Output = ();
 
     #[inline(always)]
     fn run<F: Num>(self) {
-        let DrawInto(of, out) = self;
-        let Counts { light, lobes, .. } = of.counts;
-        place::<F>(&of.points, &mut out.direction, Set::Light, 0, light);
-        place::<F>(&of.points, &mut out.direction, Set::Lobes, light, lobes);
-        let Candidates { direction: [x, y, z], density, weight } = out;
-        let places = x.chunks_exact_mut(F::WIDTH).zip(y.chunks_exact_mut(F::WIDTH)).zip(z.chunks_exact_mut(F::WIDTH));
-        let weights = density.chunks_exact_mut(F::WIDTH).zip(weight.chunks_exact_mut(F::WIDTH));
-        for (group, (((x, y), z), (density, weight))) in places.zip(weights).enumerate() {
-            let set = match group * F::WIDTH {
-                at if at < light => Set::Light,
-                at if at < light + lobes => Set::Lobes,
+        let DrawInto(of, groups) = self;
+        let [light, lobes, portals] = of.counts.groups();
+        let (of_light, rest) = groups.split_at_mut_checked(light).unwrap_or_default();
+        let of_lobes = rest.get_mut(..lobes).unwrap_or_default();
+        place::<F, 2>(&of.points, [(Set::Light, of_light), (Set::Lobes, of_lobes)]);
+        // Whole numbers of 32 bits become numbers in one instruction.
+        let counted = [light, lobes, portals].map(|groups| (GROUP * groups) as i32 as f32);
+        for (number, group) in groups.iter_mut().enumerate() {
+            let set = match number {
+                _ if number < light => Set::Light,
+                _ if number < light + lobes => Set::Lobes,
                 _ => Set::Portals,
             };
-            let drawn = of.draw([F::read(x), F::read(y), F::read(z)], set);
-            drawn.direction[0].write(x, 0);
-            drawn.direction[1].write(y, 0);
-            drawn.direction[2].write(z, 0);
-            drawn.density.write(density, 0);
-            drawn.weight.write(weight, 0);
+            let numbers = group.numbers::<F>();
+            for (at, numbers) in places::<F>().zip(numbers) {
+                let drawn = of.draw(set, numbers, (group, at), counted);
+                group.put_direction(at, drawn.direction);
+                drawn.density.write(&mut group.density, at);
+                drawn.weight.write(&mut group.weight, at);
+            }
         }
     }
 }
@@ -114,16 +110,20 @@ struct Drawn<F: Num> {
 }
 
 impl Draw<'_> {
-    /// Weighs candidates of one source, which are drawn for two numbers of each; those of portals are directions.
+    /// Weighs candidates of one source, which are drawn for two numbers of each; those of portals are given as directions. `counted`: how many
+    /// candidates each source has.
     #[inline(always)]
-    fn draw<F: Num>(&self, [u, v, w]: [F; 3], set: Set) -> Drawn<F> {
-        let Draw { light, surface, counts, portals, .. } = *self;
+    fn draw<F: Num>(&self, set: Set, numbers: [F; 2], given: (&Group, usize), counted: [f32; 3]) -> Drawn<F> {
+        let Draw { light, surface, portals, .. } = *self;
         let of_light = matches!(set, Set::Light);
         let (direction, face, position, inverse) = if of_light {
-            light.sample([u, v])
+            light.sample(numbers)
         } else {
-            let direction =
-                if matches!(set, Set::Portals) { [u, v, w] } else { surface.to_map(surface.sample_here([u, v])) };
+            let direction = if matches!(set, Set::Portals) {
+                given.0.directions(given.1)
+            } else {
+                surface.to_map(surface.sample_here(numbers))
+            };
             let place = light.chart.place(direction);
             (direction, place.face, place.position, F::splat(1.0))
         };
@@ -131,9 +131,9 @@ impl Draw<'_> {
         let stand_in = light.stand_in(radiance);
         let local = surface.to_local(direction);
         let (value, lobes) = surface.eval_here(local);
-        let mixed = stand_in * counts.light as f32 + lobes * counts.lobes as f32;
+        let mixed = stand_in * counted[0] + lobes * counted[1];
         let through = portals.map(|portals| portals.density(direction));
-        let mixed = through.map_or(mixed, |through| mixed + through * counts.portals as f32);
+        let mixed = through.map_or(mixed, |through| mixed + through * counted[2]);
         let density = if of_light { mixed / (inverse * stand_in) } else { mixed };
         // Lobes answer 0 in all components where they have no direction.
         let height =
@@ -179,49 +179,44 @@ const INSIDE: f32 = 7.0;
 /// Directions that a target gets in one call.
 const TARGETS: usize = 16;
 
-impl Candidates<'_> {
-    /// Lowers the weights outside all portals to an eighth of all, and makes their densities positive.
-    #[inline(never)]
-    pub fn favour_portals(&mut self) {
-        let (mut inside, mut outside) = (0.0, 0.0);
-        for (weight, density) in self.weight.iter().zip(self.density.iter()) {
-            *(if *density < 0.0 { &mut outside } else { &mut inside }) += weight;
-        }
-        let scale = if inside > 0.0 && outside * INSIDE > inside { inside / (outside * INSIDE) } else { 1.0 };
-        for (weight, density) in self.weight.iter_mut().zip(self.density.iter_mut()).filter(|(_, d)| **d < 0.0) {
-            (*weight, *density) = (*weight * scale, -*density);
-        }
+/// Lowers the weights outside all portals to an eighth of all, and makes their densities positive.
+#[inline(never)]
+pub fn favour_portals(groups: &mut [Group]) {
+    let (mut inside, mut outside) = (0.0, 0.0);
+    for (_, density, weight) in groups.iter_mut().flat_map(Group::each) {
+        *(if *density < 0.0 { &mut outside } else { &mut inside }) += *weight;
     }
+    let scale = if inside > 0.0 && outside * INSIDE > inside { inside / (outside * INSIDE) } else { 1.0 };
+    for (_, density, weight) in groups.iter_mut().flat_map(Group::each).filter(|(_, density, _)| **density < 0.0) {
+        (*weight, *density) = (*weight * scale, -*density);
+    }
+}
 
-    /// Multiplies the weights of all candidates that count by the client's target. `None` if that failed.
-    pub fn weigh_by(&mut self, target: &dyn Target, frame: &Frame) -> Option<()> {
-        let [x, y, z] = &self.direction;
-        let places = x.iter().zip(y.iter()).zip(z.iter());
-        let mut candidates =
-            places.zip(self.density.iter()).zip(self.weight.iter_mut()).filter(|((_, d), _)| **d < f32::INFINITY);
-        loop {
-            let mut wi = [[0.0; 3]; TARGETS];
-            let mut weights: [Option<&mut f32>; TARGETS] = [const { None }; TARGETS];
-            let mut count = 0;
-            for ((wi, slot), ((((x, y), z), _), weight)) in wi.iter_mut().zip(&mut weights).zip(candidates.by_ref()) {
-                *wi = to_world(frame, [*x, *y, *z]);
-                *slot = Some(weight);
-                count += 1;
-            }
-            if count == 0 {
-                return Some(());
-            }
-            let mut values = [0.0; TARGETS];
-            let (wi, values) = (wi.get(..count)?, values.get_mut(..count)?);
-            if !target.f_cos(wi, values) {
+/// Multiplies the weights of all candidates that count by the client's target. `None` if that failed.
+pub fn weigh_by(groups: &mut [Group], target: &dyn Target, frame: &Frame) -> Option<()> {
+    let mut candidates = groups.iter_mut().flat_map(Group::each).filter(|(_, density, _)| **density < f32::INFINITY);
+    loop {
+        let mut wi = [[0.0; 3]; TARGETS];
+        let mut weights: [Option<&mut f32>; TARGETS] = [const { None }; TARGETS];
+        let mut count = 0;
+        for ((wi, slot), (direction, _, weight)) in wi.iter_mut().zip(&mut weights).zip(candidates.by_ref()) {
+            *wi = to_world(frame, direction);
+            *slot = Some(weight);
+            count += 1;
+        }
+        if count == 0 {
+            return Some(());
+        }
+        let mut values = [0.0; TARGETS];
+        let (wi, values) = (wi.get(..count)?, values.get_mut(..count)?);
+        if !target.f_cos(wi, values) {
+            return None;
+        }
+        for (weight, value) in weights.iter_mut().flatten().zip(values) {
+            if !(*value >= 0.0 && *value < f32::INFINITY) {
                 return None;
             }
-            for (weight, value) in weights.iter_mut().flatten().zip(values) {
-                if !(*value >= 0.0 && *value < f32::INFINITY) {
-                    return None;
-                }
-                **weight = (**weight * *value).min(f32::MAX);
-            }
+            **weight = (**weight * *value).min(f32::MAX);
         }
     }
 }

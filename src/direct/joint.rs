@@ -7,7 +7,6 @@
 //! coordinates for the pick the mean over samples is wrong by some per cent, however many there are.)
 
 use crate::points::{centred, dimension_seed, permute, sobol_in_order, third_sobol};
-use crate::simd::Num;
 
 /// A hit among all hits of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,8 +73,8 @@ impl Points {
 
     /// The number of the pick among sets of `count` points, in (0, 1).
     #[inline(always)]
-    pub fn pick<F: Num>(&self, count: usize) -> f32 {
-        let digits = third_sobol::<F>(self.first(count));
+    pub fn pick(&self, count: usize) -> f32 {
+        let digits = third_sobol(self.first(count));
         centred(permute(digits, self.seed(PICK, count)).reverse_bits())
     }
 }

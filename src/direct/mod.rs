@@ -7,12 +7,17 @@
 
 pub mod candidates;
 pub mod effort;
+pub mod group;
 pub mod joint;
 pub mod pick;
 pub mod place;
 pub mod portals;
 pub mod ray;
 pub mod sampler;
+#[cfg(feature = "products")]
+pub mod shared;
+#[cfg(not(feature = "products"))]
+#[path = "unshared.rs"]
 pub mod shared;
 
 pub use ray::Ray;

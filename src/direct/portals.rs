@@ -5,13 +5,14 @@
 //! `b = y / sqrt(1 + y^2)` at the two ends of y. Solved for x by the sine of g / 2 that also holds in f32 for small windows, where the
 //! paper's differences of angles cancel. What does not depend on the candidate is computed in f64.
 
+use super::group::Group;
 use super::joint::{Points, Set};
 use super::place::place;
 use crate::brdf::ggx::sin_cos_whole;
 use crate::brdf::point::Point;
 use crate::brdf::portal::{MAX_PORTALS, Portal};
 use crate::brdf::vector::dot;
-use crate::simd::{Apart, Compute, Level, Num, Whole, compute};
+use crate::simd::{Apart, Compute, Level, Num, Whole, compute, places};
 use crate::sphere::Frame;
 use crate::status::Error;
 use bytemuck::{Pod, Zeroable};
@@ -125,10 +126,9 @@ impl Portals {
         self.count == 0
     }
 
-    /// Writes candidates from a place on: their directions in map space.
+    /// Writes the directions of candidates in map space.
     #[inline(never)]
-    pub fn enter(&self, points: &Points, begin: usize, direction: &mut [&mut [f32]; 3]) {
-        let out = &mut direction.each_mut().map(|column| column.get_mut(begin..).unwrap_or_default());
+    pub fn enter(&self, points: &Points, out: &mut [Group]) {
         compute(Level::BASELINE, Enter { portals: self, points, out });
     }
 
@@ -159,28 +159,24 @@ impl<F: Num> Apart<F> for Density<'_, F> {
 }
 
 /// Draws the candidates of portals: at the width of any processor, since few calls have portals.
-struct Enter<'a, 'b> {
+struct Enter<'a> {
     portals: &'a Portals,
     points: &'a Points,
-    /// Directions of map space, a power of two of them.
-    out: &'a mut [&'b mut [f32]; 3],
+    /// A power of two of groups.
+    out: &'a mut [Group],
 }
 
-impl Compute for Enter<'_, '_> {
+impl Compute for Enter<'_> {
     type Output = ();
 
     #[inline(always)]
     fn run<F: Num>(self) {
         let Enter { portals, points, out } = self;
-        let count = out[0].len();
-        place::<F>(points, out, Set::Portals, 0, count);
-        let [x, y, z] = out;
-        let columns = x.chunks_exact_mut(F::WIDTH).zip(y.chunks_exact_mut(F::WIDTH)).zip(z.chunks_exact_mut(F::WIDTH));
-        for ((x, y), z) in columns {
-            let direction = portals.sample([F::read(x), F::read(y)]);
-            direction[0].write(x, 0);
-            direction[1].write(y, 0);
-            direction[2].write(z, 0);
+        place::<F, 1>(points, [(Set::Portals, &mut *out)]);
+        for group in out {
+            for (at, numbers) in places::<F>().zip(group.numbers()) {
+                group.put_direction(at, portals.sample::<F>(numbers));
+            }
         }
     }
 }

@@ -1,8 +1,9 @@
 //! The working memory of one thread: its CPU level, its configuration, and room for candidates.
 
 use super::Ray;
-use super::candidates::{Candidates, Draw, DrawInto};
+use super::candidates::{Draw, DrawInto, favour_portals, weigh_by};
 use super::effort::Effort;
+use super::group::Group;
 use super::joint::Points;
 use super::pick::Pick;
 use super::portals::Portals;
@@ -10,8 +11,7 @@ use super::shared::{self, Shared};
 use crate::brdf::point::Point;
 use crate::brdf::surface::Surface;
 use crate::light::environment::Environment;
-use crate::product::prepare::Work;
-use crate::simd::{Level, compute};
+use crate::simd::{GROUP, Level, compute};
 use crate::status::{Error, Status};
 use bytemuck::{Pod, Zeroable};
 
@@ -56,8 +56,8 @@ impl Config {
     /// Bytes of what a call works in: candidates, or what a product is prepared with.
     fn scratch_bytes(&self) -> usize {
         let prepares = shared::is_worth(self.hits_per_pixel);
-        let candidates = 5 * 4 * self.effort(self.rays as usize).most();
-        if prepares { candidates.max(size_of::<Work>()) } else { candidates }
+        let candidates = size_of::<Group>() / GROUP * self.effort(self.rays as usize).most();
+        if prepares { candidates.max(shared::scratch_bytes()) } else { candidates }
     }
 
     /// Bytes of the products that hits share.
@@ -98,8 +98,13 @@ impl<'a> Sampler<'a> {
         let (shared, rest) = memory.split_at_mut_checked(config.shared_bytes())?;
         let (wave, scratch) = rest.split_at_mut_checked(config.wave_bytes())?;
         let wave = bytemuck::try_cast_slice_mut(wave).ok()?;
-        let shared = if shared.is_empty() { None } else { Some(Shared::new(shared)) };
-        Some(Sampler { level, config, shared, wave, scratch: bytemuck::try_cast_slice_mut(scratch).ok()? })
+        Some(Sampler {
+            level,
+            config,
+            shared: Shared::new(shared),
+            wave,
+            scratch: bytemuck::try_cast_slice_mut(scratch).ok()?,
+        })
     }
 
     /// The instructions that it uses.
@@ -148,20 +153,13 @@ impl<'a> Sampler<'a> {
         if let Some(shared) = shares
             && shared::is_wide(check(environment, point)?)
         {
-            let Some(work) = work(self.scratch) else { return Ok(0) };
-            if let Some(count) = shared.direct(self.level, environment, point, &points, work, out)? {
+            if let Some(count) = shared.direct(self.level, environment, point, &points, self.scratch, out)? {
                 return Ok(count);
             }
         }
         let call = Call { level: self.level, config: self.config, environment, point, points };
         if point.portals.is_empty() { call.rays(self.scratch, out, None) } else { call.through(self.scratch, out) }
     }
-}
-
-/// What a product is prepared with; `None` if the scratch of the sampler is too short.
-fn work(scratch: &mut [f32]) -> Option<&mut Work> {
-    let bytes = bytemuck::cast_slice_mut(scratch).get_mut(..size_of::<Work>())?;
-    bytemuck::try_from_bytes_mut(bytes).ok()
 }
 
 /// Whether rays bring only the radiance above the mean.
@@ -202,29 +200,27 @@ impl Call<'_> {
     fn rays(&self, scratch: &mut [f32], out: &mut [Ray], portals: Option<&Portals>) -> Result<usize, Error> {
         let &Call { level, config, environment, point, points } = self;
         let frame = &environment.frame();
-        let mut surface = Surface::EMPTY;
+        let mut surface = Surface::empty();
         surface.set(point, frame)?;
         let surface = &surface;
         let (compensated, targeted) = (is_compensated(environment, point), point.target.is_some());
         let counts =
             Effort { compensated, targeted, portals: portals.is_some(), ..config.effort(out.len()) }.counts(surface);
-        let mut columns = scratch.chunks_exact_mut(counts.sum().max(1));
-        let mut column = || columns.next().unwrap_or_default();
-        let candidates =
-            &mut Candidates { direction: [column(), column(), column()], density: column(), weight: column() };
+        let groups = scratch.get_mut(..counts.sum() * (size_of::<Group>() / GROUP / size_of::<f32>()));
+        let groups: &mut [Group] = groups.and_then(|room| bytemuck::try_cast_slice_mut(room).ok()).unwrap_or_default();
         let light = &environment.source();
         let (without_lobes, seen) = (targeted, point.seen);
         let draw = Draw { light, surface, points, frame, counts, without_lobes, compensated, seen, portals };
         if let Some(portals) = portals {
-            portals.enter(&points, counts.light + counts.lobes, &mut candidates.direction);
+            portals.enter(&points, groups.get_mut((counts.light + counts.lobes) / GROUP..).unwrap_or_default());
         }
-        compute(level, DrawInto(&draw, candidates));
+        compute(level, DrawInto(&draw, groups));
         if let Some(target) = point.target {
-            candidates.weigh_by(target, frame).ok_or(Error::new(Status::CallbackFailed, 0).of(c"target"))?;
+            weigh_by(groups, target, frame).ok_or(Error::new(Status::CallbackFailed, 0).of(c"target"))?;
         }
         if portals.is_some() {
-            candidates.favour_portals();
+            favour_portals(groups);
         }
-        Ok(compute(level, Pick { candidates, frame, points, count: counts.light, out }))
+        Ok(compute(level, Pick { groups, frame, points, count: counts.light, out }))
     }
 }

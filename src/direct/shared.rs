@@ -54,6 +54,11 @@ pub fn bytes() -> usize {
     STATE + MOST * most_bytes(DIVIDED)
 }
 
+/// The bytes in which one is prepared.
+pub fn scratch_bytes() -> usize {
+    size_of::<Work>()
+}
+
 /// The products of a pixel, in memory aligned to 8.
 #[derive(Debug)]
 pub struct Shared<'a> {
@@ -61,9 +66,9 @@ pub struct Shared<'a> {
 }
 
 impl<'a> Shared<'a> {
-    /// Those in memory of [`bytes`]; what was there before stays.
-    pub fn new(memory: &'a mut [u8]) -> Shared<'a> {
-        Shared { memory }
+    /// Those in memory of [`bytes`]; what was there before stays. None in no memory.
+    pub fn new(memory: &'a mut [u8]) -> Option<Shared<'a>> {
+        if memory.is_empty() { None } else { Some(Shared { memory }) }
     }
 
     /// Forgets all products.
@@ -119,7 +124,7 @@ impl<'a> Shared<'a> {
     }
 
     /// As many rays as there is room for; those below the horizon of the point are left out. Answers how many there are; `None` if no product
-    /// serves the point.
+    /// serves the point. `scratch`: at least [`scratch_bytes`].
     ///
     /// # Errors
     /// What is wrong with the point.
@@ -129,12 +134,19 @@ impl<'a> Shared<'a> {
         environment: &Environment<'_>,
         point: &Point<'_>,
         points: &Points,
-        work: &mut Work,
+        scratch: &mut [f32],
         out: &mut [Ray],
     ) -> Result<Option<usize>, Error> {
+        let Some(work) = work(scratch) else { return Ok(Some(0)) };
         let Some(number) = self.serve(level, environment, point, work)? else { return Ok(None) };
         Ok(self.slot(number).and_then(|product| draw(environment, point, product, points, out)))
     }
+}
+
+/// What a product is prepared with; `None` if the scratch is too short.
+fn work(scratch: &mut [f32]) -> Option<&mut Work> {
+    let bytes = bytemuck::cast_slice_mut(scratch).get_mut(..scratch_bytes())?;
+    bytemuck::try_from_bytes_mut(bytes).ok()
 }
 
 /// Rays at a point, with one over the density of rays for their weight; those below the point's horizon are left out. Answers how many there

@@ -13,9 +13,13 @@ pub mod material;
 mod memory;
 pub mod points;
 pub mod pool;
+#[cfg(feature = "products")]
 pub mod product;
 pub mod sampler;
+#[cfg(feature = "products")]
 pub mod sampling;
+// Without products nothing is sampled in batches.
+#[cfg_attr(not(feature = "products"), allow(dead_code))]
 mod strided;
 pub mod visibility;
 pub mod wave;

@@ -178,6 +178,7 @@ unsafe fn readable(header: *const Header) -> Checked<*const Header> {
 ///
 /// # Safety
 /// As [`with_sampler`].
+#[cfg(feature = "products")]
 #[inline(always)]
 pub(super) unsafe fn with_level(sampler: *mut SamplerObject, body: impl FnOnce(Level) -> Checked<()>) -> Status {
     // SAFETY: the caller's contract; the level was detected on this machine when the sampler was made.

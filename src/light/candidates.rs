@@ -32,7 +32,7 @@ impl Source<'_> {
     /// Directions of map space for two numbers in (0, 1); the face and position of each, and one over its density.
     #[inline(always)]
     pub fn sample<F: Num>(&self, [u, v]: [F; 2]) -> ([F; 3], F, [F; 2], F) {
-        let count = self.strata.len() as f32;
+        let count = self.strata.len() as i32 as f32;
         let scaled = u * count;
         let index = scaled.to_whole();
         let [column, row, width, height] = F::rows(self.strata, index);

@@ -319,14 +319,11 @@ impl<'a> Environment<'a> {
     pub fn source(&self) -> Source<'a> {
         let h = self.header;
         let (blob, s, of) = (Blob::new(self.bytes), &h.sections, &h.stand_in);
-        let radiance = Radiance {
-            words: blob.part(s.texels, of.words),
-            tiles: blob.part(s.tiles, of.tiles.into()),
-            tile: of.tile_side,
-            bilinear: h.flags & BILINEAR != 0,
-        };
+        let (words, tiles) = (blob.part(s.texels, of.words), blob.part(s.tiles, of.tiles.into()));
+        let chart = h.chart();
+        let radiance = Radiance::new(words, tiles, of.tile_side, h.flags & BILINEAR != 0, &chart);
         let strata = blob.part(s.strata, of.strata.into());
-        Source { chart: h.chart(), radiance, strata, mean: of.mean, inverse_power: of.inverse_power }
+        Source { chart, radiance, strata, mean: of.mean, inverse_power: of.inverse_power }
     }
 
     /// Requires the exact tables.

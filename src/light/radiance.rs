@@ -38,8 +38,25 @@ pub struct Radiance<'a> {
     pub tiles: &'a [u32],
     /// log2 of the patches along a tile.
     pub tile: u32,
-    /// Whether radiance is bilinear between corners.
-    pub bilinear: bool,
+    /// Of a map of one tile: the words of a row and of a face, and the last patch along each axis.
+    pub stride: u32,
+    pub face: u32,
+    pub last: [f32; 2],
+    /// How much of the way between corners counts: 1 where radiance is bilinear, else 0.
+    pub part: f32,
+}
+
+impl<'a> Radiance<'a> {
+    /// A map of a chart, in tiles of patches of 2^`tile`.
+    #[inline(always)]
+    pub fn new(words: &'a [u16], tiles: &'a [u32], tile: u32, bilinear: bool, chart: &Chart) -> Radiance<'a> {
+        let [columns, rows] = chart.axes.map(|axis| axis.patches);
+        // Patches are at most 2^24.
+        let last = [columns, rows].map(|patches| patches.wrapping_sub(1) as i32 as f32);
+        let stride = columns.wrapping_add(1);
+        let face = stride.wrapping_mul(rows.wrapping_add(1));
+        Radiance { words, tiles, tile, stride, face, last, part: if bilinear { 1.0 } else { 0.0 } }
+    }
 }
 
 impl Radiance<'_> {
@@ -50,18 +67,15 @@ impl Radiance<'_> {
         let zero = F::splat(0.0);
         let (x, y) = ((column + columns.shift).max(zero), (row + rows.shift).max(zero));
         let (first, stride, [x, y], [last_x, last_y]) = if self.tile == ONE_TILE {
-            let first = (face * (rows.patches + 1) as f32).to_whole() * F::Whole::splat(columns.patches + 1);
-            let last =
-                [F::splat(columns.patches.wrapping_sub(1) as f32), F::splat(rows.patches.wrapping_sub(1) as f32)];
-            (first, F::Whole::splat(columns.patches + 1), [x, y], last)
+            let first = face.to_whole() * F::Whole::splat(self.face);
+            (first, F::Whole::splat(self.stride), [x, y], [F::splat(self.last[0]), F::splat(self.last[1])])
         } else {
             self.in_tile(chart, face, [x, y])
         };
         let (i, j) = (x.min(last_x).to_whole(), y.min(last_y).to_whole());
         let at = first + j * stride + i;
         let (above, below) = (F::pairs(self.words, at), F::pairs(self.words, at + stride));
-        let part = if self.bilinear { 1.0 } else { 0.0 };
-        let (s, t) = ((x - F::of_whole(i)) * part, (y - F::of_whole(j)) * part);
+        let (s, t) = ((x - F::of_whole(i)) * self.part, (y - F::of_whole(j)) * self.part);
         let line = |pair: F::Whole| {
             let left = F::from_bits(pair.shl::<16>());
             let right = F::from_bits(pair & F::Whole::splat(0xffff_0000));

@@ -212,13 +212,17 @@ impl Grid<'_> {
         let [x, y] = [0, 1].map(|k: usize| (part[k].first - self.spans[k].first) as usize);
         let mut sums = [[[0.0; NUMBERS]; GRID]; 2];
         let [columns, rows] = &mut sums;
-        let lines = self.cells.chunks_exact(GRID).skip(y).take(part[1].count);
+        // By slices, which know their ends: each node comes here.
+        let columns = columns.get_mut(..part[0].count).unwrap_or_default();
+        let lines = self.cells.get(GRID * y..).unwrap_or(&[]).chunks_exact(GRID).take(part[1].count);
         for (line, row) in lines.zip(rows) {
-            for (cell, column) in line.iter().skip(x).take(part[0].count).zip(columns.iter_mut()) {
+            let mut sum = [0.0; NUMBERS];
+            for (cell, column) in line.get(x..).unwrap_or(&[]).iter().zip(columns.iter_mut()) {
                 let numbers = cell.map(f64::from);
                 *column = [column[0] + numbers[0], column[1] + numbers[1]];
-                *row = [row[0] + numbers[0], row[1] + numbers[1]];
+                sum = [sum[0] + numbers[0], sum[1] + numbers[1]];
             }
+            *row = sum;
         }
         sums
     }

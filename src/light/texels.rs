@@ -22,6 +22,9 @@ pub struct Texels<'a> {
     pub mean: f32,
 }
 
+/// How many texels away a lit one lifts black.
+const NEAR: i64 = 2;
+
 /// Corners of a block.
 pub type Corners = [f32; (BLOCK + 1) * (BLOCK + 1)];
 /// A number for each patch of a block.
@@ -172,8 +175,14 @@ impl Texels<'_> {
         let before = |k: usize| self.texel_before(k, f64::from(corner[k]) - f64::from(chart.axes[k].shift));
         let [(x, right), (y, below)] = [before(0), before(1)];
         let plain = right == 0.0 && below == 0.0 && (0..i64::from(texels[1])).contains(&y) && *refined == 1;
-        if !plain || of.filter == Filter::Nearest || self.black_is_dark() {
+        if !plain || of.filter == Filter::Nearest {
             return false;
+        }
+        let dark = self.black_is_dark();
+        let last = x + words.len() as i64 - 1;
+        if dark && self.brightest_inside(face, [x, y], [last, y]) == Some(0.0) {
+            words.fill(0);
+            return true;
         }
         let width = i64::from(texels[0]);
         let row = (i64::from(face * texels[1]) + y) * width;
@@ -183,7 +192,7 @@ impl Texels<'_> {
                 Some(&luminance) if i >= 0 => self.light(luminance),
                 _ => self.texel(face, i, y),
             };
-            *word = encode(light);
+            *word = encode(if dark && !(light > 0.0) { self.spread_from(face, [i, y]) } else { light });
         }
         true
     }
@@ -232,6 +241,10 @@ impl Texels<'_> {
 
     /// Lifts black corners next to light, so that a direction which the renderer's rounding still finds lit has a density.
     fn spread(&self, tile: &Tile, corners: &mut Corners) {
+        let at = |i: [u32; 2]| [0, 1].map(|k: usize| self.texel_at(k, tile.edge(k, i[k])).0);
+        if self.brightest_inside(tile.face, at([0; 2]), at(tile.grid)) == Some(0.0) {
+            return;
+        }
         for (j, row) in (0..=tile.grid[1]).zip(corners.chunks_exact_mut(BLOCK + 1)) {
             for (i, corner) in (0..=tile.grid[0]).zip(row.iter_mut()).filter(|(_, corner)| !(**corner > 0.0)) {
                 let [(x, _), (y, _)] = [self.texel_at(0, tile.edge(0, i)), self.texel_at(1, tile.edge(1, j))];
@@ -249,13 +262,28 @@ impl Texels<'_> {
     fn spread_from(&self, face: u32, [x, y]: [i64; 2]) -> f32 {
         const SHARE: f32 = 1.0 / (1 << 20) as f32;
         const LEAST: f32 = f32::from_bits(1);
-        let mut brightest = 0.0f32;
-        for dy in -2..=2 {
-            for dx in -2..=2 {
-                brightest = brightest.max(self.texel_near(face, x + dx, y + dy));
-            }
-        }
+        let brightest = self.brightest_inside(face, [x, y], [x, y]).unwrap_or_else(|| {
+            let near = (-NEAR..=NEAR).flat_map(|dy| (-NEAR..=NEAR).map(move |dx| [x + dx, y + dy]));
+            near.fold(0.0, |brightest: f32, [x, y]| brightest.max(self.texel_near(face, x, y)))
+        });
         if brightest > 0.0 { (SHARE * brightest).max(LEAST) } else { 0.0 }
+    }
+
+    /// The brightest texel beside those from a first one to a last one, if all of them lie inside a face: by rows, as most do.
+    #[inline(always)]
+    fn brightest_inside(&self, face: u32, first: [i64; 2], last: [i64; 2]) -> Option<f32> {
+        let sides = self.plan.texels.map(i64::from);
+        if !(0..2).all(|k: usize| first[k] >= NEAR && last[k] + NEAR < sides[k]) {
+            return None;
+        }
+        let start = (i64::from(face) * sides[1] + first[1] - NEAR) * sides[0] + first[0] - NEAR;
+        let [columns, rows] = [0, 1].map(|k: usize| (last[k] - first[k] + 2 * NEAR + 1) as usize);
+        let rows = self.luminance.get(start as usize..)?.chunks((sides[0] as usize).max(1)).take(rows);
+        let brightest = rows.fold(0.0, |brightest, row| {
+            row.iter().take(columns).fold(brightest, |brightest, &x| crate::numeric::max(x, brightest))
+        });
+        // More luminance is never less light.
+        Some(self.light(brightest))
     }
 
     /// As [`Texels::texel`], for places up to two beyond the border.

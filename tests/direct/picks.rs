@@ -1,8 +1,9 @@
 //! Picks among candidates, by the letter of rule 24: which weights they get, and what a ray weighs.
 
 use crate::support::Random;
-use wis::direct::candidates::Candidates;
+use wis::direct::group::Group;
 use wis::direct::pick::pick;
+use wis::simd::GROUP;
 
 /// The share of the mean that every candidate has at least.
 const C: f64 = 0.05;
@@ -25,11 +26,15 @@ impl Columns {
     }
 
     /// The numbers of the picked candidates and the weights of their rays.
-    fn pick(&mut self, rays: usize, u: f32) -> Vec<(usize, f64)> {
-        let [x, y, z] = &mut self.place;
-        let mut candidates = Candidates { direction: [x, y, z], density: &mut self.density, weight: &mut self.weight };
+    fn pick(&self, rays: usize, u: f32) -> Vec<(usize, f64)> {
+        let mut groups = vec![Group::default(); self.weight.len() / GROUP];
+        for (group, first) in groups.iter_mut().zip((0..).step_by(GROUP)) {
+            let part = |column: &[f32]| column[first..first + GROUP].try_into().unwrap();
+            group.direction = self.place.each_ref().map(|column| part(column));
+            (group.density, group.weight) = (part(&self.density), part(&self.weight));
+        }
         let mut picked = Vec::new();
-        let count = pick(&mut candidates, rays, u, |ray, [x, ..], weight| {
+        let count = pick(&mut groups, rays, u, |ray, [x, ..], weight| {
             assert_eq!(ray, picked.len());
             picked.push((x as usize, f64::from(weight)));
         });
@@ -87,7 +92,7 @@ fn candidates_are_picked_in_proportion() {
         let mut times = [0.0; 24];
         for sample in 0..SAMPLES {
             let u = (sample as f32 + 0.5) / SAMPLES as f32;
-            let mut again =
+            let again =
                 Columns { place: given.place.clone(), density: given.density.clone(), weight: given.weight.clone() };
             for (i, weight) in again.pick(rays, u) {
                 times[i] += weight * rays as f64 * expected(i) * f64::from(given.density[i]) / sum / SAMPLES as f64;

@@ -11,10 +11,11 @@ use wis::brdf::material::{Kind, Shape};
 use wis::brdf::point::{Point, Target};
 use wis::brdf::portal::Portal;
 use wis::direct::Ray;
+use wis::direct::group::Group;
 use wis::direct::joint::Points;
 use wis::direct::portals::Portals;
 use wis::direct::sampler::Config;
-use wis::simd::Level;
+use wis::simd::{GROUP, Level};
 use wis::sphere::Frame;
 use wis::status::Error;
 
@@ -86,10 +87,9 @@ fn prepared(portals: &[Portal]) -> Portals {
 
 /// What [`Portals`] draws for sample `t`.
 fn drawn<const N: usize>(portals: &Portals, t: u32) -> Vec<V3> {
-    let mut columns = [[0.0f32; N]; 3];
-    let [x, y, z] = &mut columns;
-    portals.enter(&Points::new(5, t, 0), 0, &mut [x, y, z]);
-    (0..N).map(|i| columns.map(|column| f64::from(column[i]))).collect()
+    let mut groups = vec![Group::default(); N / GROUP];
+    portals.enter(&Points::new(5, t, 0), &mut groups);
+    groups.iter().flat_map(|group| (0..GROUP).map(|i| group.direction.map(|column| f64::from(column[i])))).collect()
 }
 
 /// Windows before the eyes, to the side, seen at a grazing angle, far away, and one that the point stands in.

@@ -59,7 +59,7 @@ fn numbers_of_a_turn_are_independent() {
         }),
         ("candidates and pick", &|seed, sample| {
             let [x, y] = first(seed, sample, 0, Set::Light);
-            [x, y, Points::new(seed, sample, 0).pick::<f32>(1)]
+            [x, y, Points::new(seed, sample, 0).pick(1)]
         }),
     ];
     let significance = corrected(cases.len() * SEEDS.len());

@@ -3,11 +3,11 @@
 use super::lookup::Map;
 use wis::light::decode::Pixels;
 use wis::light::environment::{Environment, turn};
+use wis::light::pixels::Format;
 use wis::light::plan::{Description, Plan};
 use wis::simd::{Compute, GROUP, Level, Num, compute, places};
 use wis::sphere::Frame;
 use wis::status::Error;
-use wis::light::pixels::Format;
 
 pub struct Built {
     words: Vec<u128>,

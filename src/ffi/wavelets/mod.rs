@@ -7,4 +7,3 @@ pub mod table;
 pub mod tree;
 pub mod triple;
 pub mod visibility;
-

@@ -32,8 +32,7 @@ pub unsafe extern "C" fn wis_table_view(
     // SAFETY: the caller's contract.
     answer(null_mut(), || unsafe {
         require((1..=WIS_MAX_SLICES).contains(&slice_count), Status::InvalidArgument, 1)?;
-        let direction =
-            |v, argument| unit(*borrow(v, argument)?).ok_or(Error::new(Status::InvalidTransform, argument));
+        let direction = |v, argument| unit(*borrow(v, argument)?).ok_or(Error::new(Status::InvalidTransform, argument));
         let (normal, wo) = (direction(normal, 2)?, direction(wo, 3)?);
         let (slice, weight, frame) = (out(slice, 4)?, out(weight, 5)?, out(world_from_tree, 6)?);
         let View { slices, weights, axes } = View::new(normal, wo, slice_count);

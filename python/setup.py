@@ -25,7 +25,7 @@ LINUX = "manylinux_2_17_"
 def declarations():
     """wis.h without comments, guards and directives but numbers."""
     text = (ROOT / "include" / "wis.h").read_text()
-    text = re.sub(r"/\*.*?\*/|//[^\n]*", "", text, flags=re.S)
+    text = re.sub(r"[ \t]*(/\*.*?\*/|//[^\n]*)", "", text, flags=re.S)
     text = re.sub(r"#ifdef __cplusplus.*?#endif", "", text, flags=re.S)
     text = re.sub(r"\((\d+) << (\d+)\)", lambda shift: str(int(shift[1]) << int(shift[2])), text)
     return re.sub(r"^#(?!define \w+ \d+$).*$", "", text, flags=re.M)
@@ -44,7 +44,7 @@ def module(text):
 def library():
     """Path of the shared library that cargo builds: the renderer's part, wis.h."""
     command = ["cargo", "rustc", "--release", "--package", "wis-capi", "--lib", "--crate-type", "cdylib", "--no-default-features",
-               "--features", "avx2", "--message-format", "json-render-diagnostics", "--", "-C", "strip=symbols"]
+               "--features", "avx2,products", "--message-format", "json-render-diagnostics", "--", "-C", "strip=symbols"]
     answer = subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.PIPE, text=True).stdout
     made = [json.loads(line) for line in answer.splitlines()]
     files = [file for of in made if of["reason"] == "compiler-artifact" and of["target"]["name"] == "wis" for file in of["filenames"]]

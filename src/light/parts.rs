@@ -1,9 +1,8 @@
-//! Where the parts of a divided cell begin: at the lines that quarter its area; where a lamp outshines the rest, between light that lies apart.
+//! Where the parts of a divided cell begin: borders between light that lies apart.
 //!
-//! F is smooth over directions, not over the numbers (w, v) of a cell's light: so parts are squares of directions. But a lamp would lie in one of
-//! them, and F varies over it at the horizon; of equal shares of the light all would lie in the lamp, and none in the sky about it. So a cell
-//! with a lamp is cut where that leaves the least spread of directions, like a regression tree (Breiman et al. 1984): into rows of parts first,
-//! then each row into its parts.
+//! A product holds F at the middle of each part. Of parts with equal shares of a cell's light, all would lie in a sun, and none in the sky
+//! about it. So a cell's numbers (w, v) are cut where that leaves the least spread of directions, like a regression tree (Breiman et al.
+//! 1984): into rows of parts first, then each row into its parts.
 
 use super::area::{Area, Sampled, splat};
 use crate::numeric::{max, min};
@@ -31,12 +30,9 @@ pub const EVEN: Borders = [0.25, 0.5, 0.75, 0.25, 0.5, 0.75, 0.25, 0.5, 0.75, 0.
 const EACH: usize = 64;
 /// So many of each show whether a cell's light is even.
 const FEW: usize = 16;
-/// Light is even if it is nowhere more than so many times denser than elsewhere, but for what is too little for a part. Equal parts do there.
+/// Light is even if it is nowhere more than so many times denser than elsewhere, but for what is too little for a part. Equal parts do there: others
+/// change variances by less than 1 %.
 const EVEN_WITHIN: f32 = 20.0;
-/// There is no lamp in light that is nowhere more than so many times denser, and nowhere too little.
-const SMOOTH_WITHIN: f32 = 1000.0;
-/// Where lines are looked at, along them.
-const LOOKS: [[f32; Four::WIDTH]; 2] = [[0.0625, 0.3125, 0.5625, 0.8125], [0.1875, 0.4375, 0.6875, 0.9375]];
 /// Of the points, a (0,2)-sequence.
 const SEED: u32 = 0;
 /// No row of parts has less of a cell's numbers than this, and no part less of its row's: numbers have 24 bits.
@@ -81,14 +77,8 @@ pub(super) fn borders(area: &Area<'_>, axis: [f32; 3], room: &mut [f32]) -> Bord
     let Some(points) = room.and_then(|room| try_cast_slice_mut::<f32, Point>(room).ok()) else { return EVEN };
     let look = Look { area, axis, even: area.density_of_area(axis.map(splat)) };
     let (few, more) = points.split_at_mut(2 * FEW);
-    let (varies, little) = look.around(0, few);
-    // A lamp leaves too little of a cell's light to most of its area.
-    let has_lamp = little >= FEW / 2;
-    if varies <= SMOOTH_WITHIN && !has_lamp {
-        return quarters(area);
-    }
     let mut borders = EVEN;
-    if varies <= EVEN_WITHIN {
+    if look.around(0, few) {
         return borders;
     }
     look.around(FEW, more);
@@ -103,50 +93,6 @@ pub(super) fn borders(area: &Area<'_>, axis: [f32; 3], room: &mut [f32]) -> Bord
         rest = behind;
     }
     borders
-}
-
-/// The numbers of the lines that quarter a cell's area.
-fn quarters(area: &Area<'_>) -> Borders {
-    let mut borders = EVEN;
-    let (rows, columns) = borders.split_at_mut(CUTS);
-    for (line, out) in rows.iter_mut().enumerate() {
-        let y = quarter(line);
-        *out =
-            LOOKS.into_iter().map(|looks| mean(area.find([Four::load(looks), y])[1])).sum::<f32>() / LOOKS.len() as f32;
-    }
-    widen(rows);
-    for (row, columns) in columns.chunks_exact_mut(CUTS).enumerate() {
-        let [start, end] = range(rows.first_chunk().unwrap_or(&[1.0; CUTS]), row);
-        // By equal shares of the row's light: so the share that lies before a line is the mean of the numbers along it.
-        let down = LOOKS.map(|looks| area.sample([splat(0.5), Four::load(looks) * (end - start) + start]).position[1]);
-        for (line, out) in columns.iter_mut().enumerate() {
-            let x = quarter(line);
-            *out = down.into_iter().map(|y| mean(area.find([x, y])[0])).sum::<f32>() / down.len() as f32;
-        }
-        widen(columns);
-    }
-    borders
-}
-
-/// Behind how much of a cell's area along an axis a line lies.
-fn quarter(line: usize) -> Four {
-    splat((line + 1) as f32 / PARTS as f32)
-}
-
-/// The mean of the numbers that lie in the cell; 1/2 if none does.
-fn mean(numbers: Four) -> f32 {
-    let numbers = numbers.store();
-    let (sum, count) = numbers.iter().filter(|&&x| x <= 1.0).fold((0.0, 0.0), |(sum, count), x| (sum + x, count + 1.0));
-    if count > 0.0 { sum / count } else { 0.5 }
-}
-
-/// Moves borders apart where they leave too little between them.
-fn widen(borders: &mut [f32]) {
-    let mut before = 0.0;
-    for (line, border) in borders.iter_mut().enumerate() {
-        *border = max(before + LEAST, min(*border, 1.0 - LEAST * (CUTS - line) as f32));
-        before = *border;
-    }
 }
 
 /// Point `index` of the sequence. Apart: a build calls it in a loop.
@@ -164,11 +110,10 @@ struct Look<'a> {
 }
 
 impl Look<'_> {
-    /// Writes points from number `first` on, by equal shares of the light and by equal shares of the area. Answers how many
-    /// times denser the light is than elsewhere, and at how many places of equal areas it has too little
-    /// for a part.
-    fn around(&self, first: usize, out: &mut [Point]) -> (f32, usize) {
-        let (mut least, mut most, mut little) = (f32::INFINITY, 0.0, 0);
+    /// Writes points from number `first` on, by equal shares of the light and by equal shares of the area. Answers whether the light is even
+    /// there.
+    fn around(&self, first: usize, out: &mut [Point]) -> bool {
+        let (mut least, mut most) = (f32::INFINITY, 0.0);
         for (first, out) in (first..).step_by(GROUP).zip(out.chunks_exact_mut(2 * GROUP)) {
             let (by_light, by_area) = out.split_at_mut(GROUP);
             let parts = by_light.chunks_exact_mut(Four::WIDTH).zip(by_area.chunks_exact_mut(Four::WIDTH));
@@ -178,19 +123,17 @@ impl Look<'_> {
                     [*x, *y] = place(index);
                 }
                 let u = [Four::load(across), Four::load(down)];
-                for (is_area, out, numbers) in [(false, by_light, u), (true, by_area, self.area.find(u))] {
+                for (out, numbers) in [by_light, by_area].into_iter().zip([u, self.area.find(u)]) {
                     let densities = self.put(numbers, out);
-                    for ((point, density), at) in out.iter().zip(densities).zip(across.iter().zip(&down)) {
+                    for (point, density) in out.iter().zip(densities) {
                         if point.numbers.iter().all(|number| (LEAST..=1.0 - LEAST).contains(number)) {
                             (least, most) = (min(least, density), max(most, density));
-                        } else if is_area && [at.0, at.1].iter().all(|at| (LEAST..=1.0 - LEAST).contains(*at)) {
-                            little += usize::from(point.weight > 0.0);
                         }
                     }
                 }
             }
         }
-        (most / least, little)
+        most <= EVEN_WITHIN * least
     }
 
     /// Writes where numbers lead to, and answers the densities there. What both ways to draw points give together, the balance heuristic, is

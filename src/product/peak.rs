@@ -85,21 +85,9 @@ pub fn width(shape: &Shape, cosine: f32) -> f32 {
     }
 }
 
-/// The grid sees lobes wider at grazing views: by this power of the cosine. There a lobe of microfacets is
-/// narrow across the plane of incidence: without it 64 samples of GGX 0.1 have 1.17 times the relative variance, and with a power of 0.7 GGX 0.05
-/// has 1.24 times (eight maps).
-const GRAZING: f32 = 0.3;
-/// The least cosine that counts for it.
-const MOST_GRAZING: f32 = 0.05;
-/// What that power is there, rounded up.
-const WIDEST_GRAZING: f32 = 2.5;
-
-/// A material whose lobes are all as wide as the grid resolves, seen at a cosine; `None` if they are.
-pub fn widened(material: &Material, mixture: &Mixture, cosine: f32) -> Option<Material> {
-    if material.lobes().iter().all(|shape| width(shape, 1.0) >= mixture.resolved * WIDEST_GRAZING) {
-        return None;
-    }
-    let least = mixture.resolved * libm::powf(cosine.clamp(MOST_GRAZING, 1.0), -GRAZING);
+/// A material whose lobes are all as wide as the grid resolves; `None` if they are.
+pub fn widened(material: &Material, mixture: &Mixture) -> Option<Material> {
+    let least = mixture.resolved;
     if material.lobes().iter().all(|shape| width(shape, 1.0) >= least) {
         return None;
     }

@@ -44,11 +44,14 @@ impl View {
     }
 }
 
+/// Views so close to the normal are from straight above: what rounding leaves there may be the normal itself.
+const STEEP: f32 = 1e-5;
+
 /// The direction along the surface below a view; any, for one from straight above.
 fn tangent(normal: Vec3, wo: Vec3) -> Vec3 {
     let along = wo - normal * normal.dot(wo);
     let length = sqrt(along.dot(along));
-    if length > f32::EPSILON {
+    if length > STEEP {
         let once = along / length;
         // What rounding left of the normal, if the view is steep.
         let across = normal.cross(once);

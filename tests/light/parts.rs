@@ -1,17 +1,15 @@
 //! Where the parts of a divided cell lie: light that is apart has parts of its own.
 
 use super::built::Built;
-use super::lookup::{Map, V3, faces, place_of, unit};
+use super::lookup::{Map, V3, unit};
 use super::maps::{rough, sky};
 use wis::light::chart::Layout;
 use wis::light::guide::{Guide, value};
-use wis::light::parts::{Borders, PARTS};
+use wis::light::parts::{Borders, EVEN, PARTS};
 use wis::light::plan::{Description, Filter};
 
 const LAYOUTS: [(Layout, u32, u32); 3] =
     [(Layout::LatLong, 256, 128), (Layout::Cube, 128, 768), (Layout::Octahedral, 256, 256)];
-/// Borders are means over a line, and directions have 16 bits: in parts.
-const BESIDE: f64 = 0.1;
 /// No row of parts has less of a cell's numbers, and no part of its row's.
 const LEAST: f32 = 1.0 / 256.0;
 
@@ -52,28 +50,17 @@ fn the_sky_about_a_sun_has_parts_of_its_own() {
     }
 }
 
-/// Under even light each part lies in its own sixteenth of the cell's area, with rows of a sphere as with those of a cube.
 #[test]
-fn parts_are_squares_of_directions() {
+fn even_light_has_equal_parts() {
     for (layout, width, height) in LAYOUTS {
-        let map = Map::of_directions(layout, width, height, |_| 0.3);
-        let built = Built::new(&map, &map.description(Filter::Bilinear));
-        let environment = built.environment();
-        let (light, guide) = (environment.light(), environment.guide().expect("it was built"));
-        for (cell, of) in light.cells.iter().enumerate() {
-            let [x, y, z] = guide.middles(cell);
-            for part in 0..PARTS * PARTS {
-                let middle = [x[part], y[part], z[part]].map(|x| f64::from(value(x)));
-                let (_, place) = place_of(layout, unit(middle));
-                let sides = [f64::from(width), f64::from(height) / f64::from(faces(layout))];
-                for (axis, at) in [part % PARTS, part / PARTS].into_iter().enumerate() {
-                    let scale = f64::from(light.chart.axes[axis].patches) / sides[axis];
-                    let from = place[axis] * sides[axis] * scale - f64::from(of.origin[axis]);
-                    let inside = from / f64::from(of.patches[axis]) * PARTS as f64 - at as f64;
-                    assert!((-BESIDE..1.0 + BESIDE).contains(&inside), "{layout:?} {cell} {part} {axis}: {inside}");
-                }
-            }
-        }
+        with_guide(
+            layout,
+            [width, height],
+            |_| 0.3,
+            |guide| {
+                assert!((0..guide.cells()).all(|cell| guide.borders(cell) == EVEN), "{layout:?}");
+            },
+        );
     }
 }
 

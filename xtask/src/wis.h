@@ -8,21 +8,12 @@
  *
  * in expectation, for your own BRDF f, radiance L and visibility V. You evaluate those for the rays that you trace, and no others.
  *
-<<<<<<< HEAD
  * Order of use. Most renderers need what stands before wis_visibility_cache. Once for a map: wis_environment_size, wis_environment_init.
  * For each thread: wis_sampler_size, wis_sampler_init. For each material: wis_material_init. At a hit: wis_direct. While you integrate:
  * wis_check compares your radiance with the light that was built, wis_check_point your BSDF with the lobes. Further on: visibility of earlier
  * passes; waves of hits; wis_product_prepare, wis_sample and wis_pdf for renderers that combine samples with their own (MIS). Structured
- * importance sampling is in wis_lights.h, wavelet trees in wis_wavelets.h. What calls cost: docs/performance.md.
-=======
- * Order of use. Once for a map: wis_environment_size, wis_environment_init. Once for a thread: wis_sampler_size,
- * wis_sampler_init. Once for a material: wis_material_init. At a hit: wis_direct. Renderers that combine samples with their own
- * BRDF samples (multiple importance sampling) call wis_product_prepare at a hit, and wis_sample and wis_pdf. Renderers that work
- * in passes tell what their rays saw by wis_visibility_cache_record. While you integrate: wis_check compares your radiance with
- * the light that was built, wis_check_point your BSDF with the lobes. A library that was built without products (make lib PRODUCTS=) lacks
- * wis_product_*, wis_sample, wis_pdf and wis_invert, and its hits share none. Structured importance sampling stands in wis_lights.h;
- * wavelet trees, their products and integrals in wis_wavelets.h.
->>>>>>> a3e0d54 (Cargo feature products: a library of rays alone (make lib PRODUCTS=))
+ * importance sampling is in wis_lights.h, wavelet trees in wis_wavelets.h. What calls cost: docs/performance.md. A library built without
+ * products (make lib PRODUCTS=) lacks wis_product_*, wis_sample, wis_pdf and wis_invert.
  *
  * Memory. Everything is built in memory that you give and that a _size call measures before: bytes and alignment. Objects hold no pointers
  * and have no free function: copy, save and map them as bytes. Nothing allocates, prints or aborts. There is no global state.

@@ -79,6 +79,7 @@ SHEAR = [[[1, 1, 1], [1, 0, 0], [1, 1, 0]]]
     (lambda: SAMPLER.direct(LIGHT, wis.Points(UP, UP), 17), "INVALID_ARGUMENT", "wave", "rays", 0),
     (lambda: SAMPLER.direct(LIGHT, wis.Points(LONG, UP)), "INVALID_TRANSFORM", "wave", "normal", 2),
     (lambda: wis.direct(LIGHT, wis.Points(UP, UP, portals=SHEAR)), "INVALID_ARGUMENT", "wave", "portals", 0),
+    (lambda: SAMPLER.sample(wis.Environment(sky(), rays_only=True), np.zeros((1, 2))), "NOT_BUILT", "environment", "flags", 0),
     (lambda: SAMPLER.prepare(LIGHT, wis.Points(UP, LONG)), "INVALID_TRANSFORM", "point", "wo", 2),
 ])
 def test_errors_name_argument_and_field(call, status, argument, field, y):
@@ -100,6 +101,13 @@ def test_errors_name_argument_and_field(call, status, argument, field, y):
 def test_shapes_and_names_that_are_wrong_raise(call, message):
     with pytest.raises(ValueError, match=message):
         call()
+
+
+def test_a_light_for_rays_alone_has_their_bits_in_less_memory():
+    whole, rays_only = (wis.Environment(sky(), rays_only=flag) for flag in (False, True))
+    assert rays_only.memory.nbytes < 0.7 * whole.memory.nbytes
+    rays = [wis.direct(of, wis.Points(UP, UP, seed=7), 4) for of in (whole, rays_only)]
+    assert np.array_equal(rays[0].wi, rays[1].wi) and np.array_equal(rays[0].weight, rays[1].weight)
 
 
 def test_check_names_a_mirrored_light_and_passes_on_what_a_callback_raises():

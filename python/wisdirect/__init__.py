@@ -153,11 +153,11 @@ class Environment:
     def __init__(self, pixels: ArrayLike, *, layout: str = "latlong", filter: str = "bilinear",
                  world_from_map: ArrayLike = ((1, 0, 0), (0, 1, 0), (0, 0, 1)), error_budget: float = 0, rows_at_poles: bool = False,
                  exact_zero: bool = False, compensated: bool = False, sanitise: bool = False, light_only: bool = False,
-                 absolute: bool = False) -> None:
+                 rays_only: bool = False, absolute: bool = False) -> None:
         texels, matrix = _texels(pixels), _matrix(world_from_map)
         height, width, channels = texels.shape
         flags = _flags("ENVIRONMENT", rows_at_poles=rows_at_poles, exact_zero=exact_zero, compensated=compensated,
-                       sanitise=sanitise, light_only=light_only, absolute=absolute)
+                       sanitise=sanitise, light_only=light_only, rays_only=rays_only, absolute=absolute)
         config = _new("wis_environment_config", layout=_constant("LAYOUT", layout), width=width, height=height, channels=channels,
                       format=_constant("FORMAT", f"f{8 * texels.itemsize}"), filter=_constant("FILTER", filter), flags=flags,
                       error_budget=error_budget, pixels=_pointer(texels), row_stride=texels.strides[0],

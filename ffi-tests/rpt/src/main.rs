@@ -270,7 +270,8 @@ fn conventions(scene: &Scene, right: &Map<'_>, texels: &[f32]) -> Result<(String
         ("with +z up", Map { world_from_map: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0], ..*right }, None),
         ("without the half texel between rpt's columns", Map { world_from_map: world_from_map(0.0), ..*right }, None),
         ("with rows half a texel beside the poles", Map { rows_at_poles: false, ..*right }, Some(Cause::Rows)),
-        ("with all columns, as the file has them", all_columns, None),
+        // Off by half a texel at most, which is 1.1 % of the light: differences below 2 % have no cause.
+        ("with all columns, as the file has them", all_columns, Some(Cause::None)),
     ];
     let (mut text, mut all_hold) = (String::new(), true);
     for (name, map, expected) in lights {

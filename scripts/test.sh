@@ -53,7 +53,7 @@ minimal() {
         diff "$logs/minimal.txt" "$logs/minimal-cpp.txt" && diff "$logs/minimal.txt" "$logs/minimal-rs.txt" &&
         "$build/wavelets" > "$logs/wavelets.txt" && "$build/wavelets-cpp" > "$logs/wavelets-cpp.txt" &&
         diff "$logs/wavelets.txt" "$logs/wavelets-cpp.txt" &&
-        make --no-print-directory "$build/measured" "$build/first" BUILD="$build" && "$build/measured" &&
+        make --no-print-directory "$build/first" BUILD="$build" &&
         (cd "$logs" && rm -f first.pgm && "$build/first" && [ -s first.pgm ]) &&
         make --no-print-directory "$build/pathtracer-small" "$build/pathtracer-small-cpp" BUILD="$build" &&
         "$build/pathtracer-small" > "$logs/pathtracer.txt" && cat "$logs/pathtracer.txt" &&
@@ -67,8 +67,7 @@ minimal() {
 minimal_valgrind() {
     valgrind --quiet --error-exitcode=1 --leak-check=full "$build/minimal" &&
         valgrind --quiet --error-exitcode=1 --leak-check=full "$build/minimal-cpp" &&
-        valgrind --quiet --error-exitcode=1 --leak-check=full "$build/wavelets" &&
-        valgrind --quiet --error-exitcode=1 --leak-check=full "$build/measured"
+        valgrind --quiet --error-exitcode=1 --leak-check=full "$build/wavelets"
 }
 
 demo() {

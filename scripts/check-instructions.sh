@@ -12,20 +12,20 @@ mkdir -p "$out"
 # call, directions of it, material, width of the map, goal, the most instructions (those of 2026-11-27 and 2 %), those on record, those of
 # version 0.2; of products, those before they were laid in one pass. Of several directions one counts.
 goals="
-direct  1  lambert 256  2700  3078  3018 11395
-direct  1  ggx     256  3600  4878  4782 20487
-direct  1  lambert 1024 2700  3081  3021 11076
-direct  1  ggx     1024 3600  4882  4786 19891
-prepare 1  lambert 1024 6500  10222 10022 18787
-prepare 1  ggx     1024 16000 25995 25485 32227
-sample  1  lambert 1024 1200  3301  3236 3213
-sample  1  ggx     1024 1200  3653  3581 3564
-pdf     1  lambert 1024 800   2210  2166 2283
-pdf     1  ggx     1024 800   2535  2485 2557
-sample  64 lambert 1024 500   994   974 1098
-sample  64 ggx     1024 500   1110  1088 1260
-pdf     64 lambert 1024 300   659   646 685
-pdf     64 ggx     1024 300   733   718 758
+direct  1  lambert 256  2700  3069  3009 11395
+direct  1  ggx     256  3600  4867  4772 20487
+direct  1  lambert 1024 2700  3072  3012 11076
+direct  1  ggx     1024 3600  4871  4776 19891
+prepare 1  lambert 1024 6500  10222 10046 18787
+prepare 1  ggx     1024 16000 25584 25083 32227
+sample  1  lambert 1024 1200  3299  3235 3213
+sample  1  ggx     1024 1200  3645  3574 3564
+pdf     1  lambert 1024 800   2200  2157 2283
+pdf     1  ggx     1024 800   2526  2477 2557
+sample  64 lambert 1024 500   989   970 1098
+sample  64 ggx     1024 500   1103  1082 1260
+pdf     64 lambert 1024 300   659   657 685
+pdf     64 ggx     1024 300   733   729 758
 "
 # Calls that are counted, and those whose lines are: their mean is printed.
 calls=64

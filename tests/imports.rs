@@ -1,4 +1,4 @@
-//! A file of `src/` imports only what stands before it in the order that `src/lib.rs` states.
+//! A file of `src/` imports only what stands before it in the order that `src/lib.rs` states, and is unsafe in two folders alone.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -7,6 +7,8 @@ use std::path::Path;
 /// Nothing imports these but themselves and the boundary: a renderer's library is built without them.
 const FEATURES: [&str; 2] = ["lights", "wavelets"];
 const BOUNDARY: &str = "ffi";
+/// Where `unsafe` may stand, in types of functions, too, which no lint sees.
+const UNSAFE: [&str; 2] = [BOUNDARY, "simd"];
 
 /// Modules that import each other, each with the reason why they stay so. A group that is no longer needed fails the test.
 const KNOWN_CYCLES: &[(&[&str], &str)] = &[
@@ -197,6 +199,11 @@ fn faults(sources: &Sources, order: &[String], known: &[(&[&str], &str)]) -> Vec
             faults.push(format!("{module} imports {imported}, a feature of its own"));
         }
     }
+    for (module, source) in sources.iter().filter(|(module, _)| !module.is_empty() && !UNSAFE.contains(&top(module))) {
+        if tokens_of(&code_of(source)).contains(&"unsafe") {
+            faults.push(format!("{module} is unsafe"));
+        }
+    }
     faults.extend(circles(sources, known));
     faults
 }
@@ -333,6 +340,14 @@ fn an_upward_import_is_a_fault() {
         "use super::super::high::Thing;",
     ] {
         assert_eq!(faults_with("low/more.rs", source), "low::more imports high, which stands behind it", "{source}");
+    }
+}
+
+#[test]
+fn unsafe_code_has_its_places() {
+    for (path, fault) in [("low/more.rs", "low::more is unsafe"), ("ffi/more.rs", "")] {
+        assert_eq!(faults_with(path, "pub type RowFn = Option<unsafe extern \"C\" fn(u32)>;"), fault);
+        assert_eq!(faults_with(path, "/// Not unsafe.\nfn f() {}"), "");
     }
 }
 

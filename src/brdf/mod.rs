@@ -12,4 +12,3 @@ pub mod point;
 pub mod portal;
 pub mod surface;
 pub mod vector;
-pub mod verdict;

@@ -1,9 +1,10 @@
 //! The environment in C.
 
 mod build;
+mod config;
 pub(in crate::ffi) mod rows;
 
-pub use crate::light::config::*;
+pub use config::*;
 
 use super::memory::{handle, stored_or};
 use super::{Checked, Diagnostic, MemorySize, answer, frame, out, put, put_size, sized};

@@ -1,11 +1,11 @@
 //! A build at work on the caller's blocks, by one thread or by many (see [`kernel`]): the only one, for C and for Rust. It stands here
 //! because threads write side by side into blocks that they know by address.
 
+use super::config::Request;
 use crate::ffi::Checked;
 use crate::ffi::memory::{DividedBlock, block_mut};
 use crate::light::blocks::{CellTables, Steps};
 use crate::light::build::{self as kernel, Arrays, Begun, CellWork, PASSES, Totals};
-use crate::light::config::Request;
 use crate::light::decode::{Pixels, RowSummary, decode_row};
 use crate::light::environment::{Environment, Sections, Writer};
 use crate::light::map;

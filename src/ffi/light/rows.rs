@@ -1,7 +1,7 @@
 //! The client's rows of pixels: an array or a callback.
 
+use super::config::RowFn;
 use crate::ffi::Checked;
-use crate::light::config::RowFn;
 use crate::light::pixels::{Format, Rows};
 use crate::status::{Error, Status};
 use core::ffi::c_void;

@@ -1,10 +1,10 @@
 //! A light in the numbers of the C interface: what a client asks for, checked, and what was built.
 
-use super::chart::Layout;
-use super::decode::Pixels;
-use super::environment::Environment;
-use super::pixels::{Format, check_map};
-use super::plan::{Description, Filter, MAX_SIDE, Plan};
+use crate::light::chart::Layout;
+use crate::light::decode::Pixels;
+use crate::light::environment::Environment;
+use crate::light::pixels::{Format, check_map};
+use crate::light::plan::{Description, Filter, MAX_SIDE, Plan};
 use crate::numeric::ContentHash;
 use crate::sphere::Frame;
 use crate::status::{Error, Status};

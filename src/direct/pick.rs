@@ -10,8 +10,11 @@ use glam::Vec3;
 /// The share of the mean weight that every candidate has at least, so that a client whose BRDF or radiance is another than the
 /// library's meets no huge weight.
 pub const FLOOR: f32 = 0.05;
-/// Sums of weights from here on are too close to the end of f32 to work with: every candidate that counts is then as good as another.
-const LARGEST: f32 = f32::MAX / 4.0;
+/// Sums of weights beyond these are too close to the ends of f32 to work with: every candidate that counts is then as good as another.
+/// Times a density, of a lobe of alpha 1e-5 for instance, it is still a number.
+const LARGEST: f32 = 1e25;
+/// Shares of it, such as a ray's and the least weight, are still normal numbers.
+const SMALLEST: f32 = 1e-30;
 
 /// Picks as many candidates as there is room for rays, merged where one is picked more than once, and writes a ray for each.
 pub struct Pick<'a> {
@@ -94,7 +97,7 @@ fn sum_up(groups: &mut [Group]) -> f32 {
     let sum = (a + b) + (c + d);
     // Without any target every candidate that counts is as good as another.
     let (scale, least) =
-        if sum > 0.0 && sum < LARGEST { (1.0, FLOOR * sum / (GROUP * groups.len()) as f32) } else { (0.0, 1.0) };
+        if sum > SMALLEST && sum < LARGEST { (1.0, FLOOR * sum / (GROUP * groups.len()) as f32) } else { (0.0, 1.0) };
     let mut total = 0.0;
     for group in groups {
         for at in FOURS {

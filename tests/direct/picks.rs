@@ -77,6 +77,26 @@ fn weights_are_those_of_the_rule() {
     }
 }
 
+/// Targets at the ends of f32, of a lobe whose tail alone meets the light for instance: no ray loses its weight, and the mean stays.
+#[test]
+fn tiny_and_huge_targets_leave_no_weight_behind() {
+    const SAMPLES: usize = 1 << 10;
+    let mut random = Random(139);
+    for scale in [3e-49, 1e-48, 1e-44, 1e-38, 1e-33, 1e-20, 1e20, 1e34] {
+        let mut given = Columns::random(&mut random, 16);
+        given.weight.iter_mut().for_each(|weight| *weight = (f64::from(*weight) * scale) as f32);
+        let counting = given.density.iter().filter(|density| **density < f32::INFINITY).count() as f64;
+        let mut sum = 0.0;
+        for sample in 0..SAMPLES {
+            for (i, weight) in given.pick(4, (sample as f32 + 0.5) / SAMPLES as f32) {
+                assert!(weight > 0.0 && weight < f64::from(f32::MAX), "{scale}: a weight of {weight}");
+                sum += weight * f64::from(given.density[i]) / SAMPLES as f64;
+            }
+        }
+        assert!((sum / counting - 1.0).abs() < 0.02, "{scale}: {sum} of {counting} candidates");
+    }
+}
+
 /// Over evenly spread u a candidate is picked N w / S times: also those whose target is 0.
 #[test]
 fn candidates_are_picked_in_proportion() {

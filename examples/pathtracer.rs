@@ -104,7 +104,7 @@ impl Tracer<'_> {
                 break;
             }
             o = axpy(o, distance, d);
-            let mut point = Point::new(&self.material, normal, scale(d, -1.0));
+            let mut point = Point { compensated: true, ..Point::new(&self.material, normal, scale(d, -1.0)) };
             point.weight[0] = [0.6; 3];
             let (at, mut rays) = (Sequence { seed, sample, bounce }, [Ray::default()]);
             let count = self.sampler.direct(&self.environment, &point, at, 1, &mut rays).unwrap_or(0);
@@ -133,8 +133,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         if lamp(x, y) { 40.0 } else { 0.25 + 0.015_625 * y as f32 }
     };
     let pixels: Vec<f32> = (0..WIDTH * HEIGHT).map(texel).collect();
-    let map =
-        Map { filter: Filter::Nearest, compensated: true, ..Map::latlong(WIDTH as u32, HEIGHT as u32, 1, &pixels) };
+    let map = Map { filter: Filter::Nearest, ..Map::latlong(WIDTH as u32, HEIGHT as u32, 1, &pixels) };
     let size = map.size()?;
     let mut memory = vec![Block::ZERO; Block::count(size.bytes)];
     let mut scratch = vec![Block::ZERO; Block::count(size.scratch)];

@@ -110,7 +110,10 @@ uint32_t wis_version(void);
 #define WIS_FILTER_NEAREST 1 /**< You take the texel that holds the direction. */
 #define WIS_ENVIRONMENT_ROWS_AT_POLES 1 /**< Lat-long: the first and the last row lie at the poles: theta = pi y / (height - 1). */
 #define WIS_ENVIRONMENT_EXACT_ZERO 2 /**< Black texels get pdf 0. Otherwise none counts as darker than 2^-16 of the mean. */
-#define WIS_ENVIRONMENT_COMPENSATED 4 /**< The density is that of max(L - mean, L / 64) (Karlik et al. 2019): for path tracers and MIS. */
+
+/// Densities and products are those of max(L - mean, L / 64) (Karlik et al. 2019): for MIS, and for WIS_POINT_COMPENSATED.
+#define WIS_ENVIRONMENT_COMPENSATED 4
+
 #define WIS_ENVIRONMENT_SANITISE 8 /**< NaN and -Inf count as 0, +Inf as 65504, instead of being rejected. Clamp your look-up alike. */
 
 /// No products will be prepared with it, nor shared by hits: 21 kB less. wis_product_prepare answers WIS_NOT_BUILT.
@@ -357,9 +360,10 @@ enum wis_status wis_base(const struct wis_environment *environment, const float 
 /// WIS_POINT_PORTALS_COMPLETE.
 ///
 /// With `hits_per_pixel` of 16 and more, first hits (`bounce` 0) whose lobes are all of 0.2 or wider draw from at most four products that
-/// hits of the pixel share; others, and hits with portals, have candidates.
+/// hits of the pixel share; others, and hits with portals, have candidates. So have hits with WIS_POINT_COMPENSATED but under a light with
+/// WIS_ENVIRONMENT_COMPENSATED, and hits without it under such a light.
 ///
-/// Path tracers, whose BSDF rays go on from the hit, may split the light: with WIS_POINT_COMPENSATED rays count (1 - base) L(wi), where
+/// Path tracers, whose BSDF rays go on from the hit, may split any light: with WIS_POINT_COMPENSATED rays count (1 - base) L(wi), where
 /// `base` is wis_base of L(wi), and BSDF rays that leave the scene, also after the last hit, count base L(wi). Candidates are then 4 for
 /// each ray, at least 8 of each source. WIS_NOT_BUILT: the material was not initialised. WIS_INVALID_TRANSFORM: normal, wo or tangent.
 /// Work: rays x candidates x lobes.

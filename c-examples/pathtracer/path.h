@@ -125,6 +125,7 @@ static Vec3 path(Tracer *t, Vec3 origin, Vec3 direction) {
         point.seed = t->pixel;
         point.sample = t->hits[bounce]++;
         point.bounce = bounce;
+        point.flags = m->kind == BY_DIRECT && m->escape == BASE ? WIS_POINT_COMPENSATED : 0;
         if (m->kind != BY_DIRECT) {
             numbers(t, 1 + 2 * bounce, t->rays, u);
         }

@@ -101,11 +101,11 @@ static float path(wis_sampler *sampler, const wis_environment *environment, wis_
 int main(void) {
     wis_environment_config config = {.size = sizeof config, .layout = WIS_LAYOUT_LATLONG, .width = WIDTH, .height = HEIGHT,
                                      .channels = 1, .format = WIS_FORMAT_F32, .filter = WIS_FILTER_NEAREST,
-                                     .flags = WIS_ENVIRONMENT_COMPENSATED, .pixels = map};
+                                     .pixels = map};
     wis_environment_info info = {.size = sizeof info};
     wis_sampler_config thread = {.size = sizeof thread, .rays = 1};
     wis_material material = {.size = sizeof material, .lobe_count = 1, .lobe = {{.kind = WIS_LOBE_LAMBERT}}};
-    wis_point point = {.size = sizeof point, .material = &material, .weight = {{0.6f, 0.6f, 0.6f}}};
+    wis_point point = {.size = sizeof point, .flags = WIS_POINT_COMPENSATED, .material = &material, .weight = {{0.6f, 0.6f, 0.6f}}};
     const wis_environment *environment;
     wis_sampler *sampler;
     wis_memory_size size;

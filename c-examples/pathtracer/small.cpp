@@ -134,7 +134,6 @@ int main() {
     config.channels = 1;
     config.format = WIS_FORMAT_F32;
     config.filter = WIS_FILTER_NEAREST;
-    config.flags = WIS_ENVIRONMENT_COMPENSATED;
     config.pixels = map.texels.data();
     const wis::environment environment = value(wis::environment::build(config));
     map.mean = static_cast<float>(value(environment.describe()).mean);
@@ -146,6 +145,7 @@ int main() {
     lambert.kind = WIS_LOBE_LAMBERT;
     const wis_material material = value(wis::make_material(&lambert, 1));
     auto point = wis::sized<wis_point>();
+    point.flags = WIS_POINT_COMPENSATED;
     point.material = &material;
     for (float &weight : point.weight[0]) weight = 0.6f;
 

@@ -65,7 +65,7 @@ fn of_hits(sampler: &mut Sampler, light: &Environment, material: &Material) -> R
     for hit in 0..40 {
         let mut point = Point::new(material, unit(2 * hit), unit(2 * hit + 1));
         (point.weight, point.f0) = ([[0.5, 0.25, 0.125]; 4], [[0.04, 0.5, 0.9]; 4]);
-        point.tangent = [0.0, 1.0, 0.0];
+        (point.tangent, point.compensated) = ([0.0, 1.0, 0.0], light.is_compensated());
         let at = Sequence { seed: pixel_seed(hit / 4, 3, 1), sample: hit % 4, bounce: hit % 2 };
         let (count, mut out) = ([1, 4, RAYS][hit as usize % 3], [Ray::default(); RAYS]);
         sampler.begin_pixel();

@@ -162,11 +162,6 @@ impl<'a> Sampler<'a> {
     }
 }
 
-/// Whether rays bring only the radiance above the mean.
-fn is_compensated(environment: &Environment<'_>, point: &Point<'_>) -> bool {
-    point.compensated || environment.is_compensated()
-}
-
 /// The least alpha of lobes that scatter, or what is wrong with a point.
 #[inline(never)]
 fn check(environment: &Environment<'_>, point: &Point<'_>) -> Result<f32, Error> {
@@ -203,7 +198,7 @@ impl Call<'_> {
         let mut surface = Surface::empty();
         surface.set(point, frame)?;
         let surface = &surface;
-        let (compensated, targeted) = (is_compensated(environment, point), point.target.is_some());
+        let (compensated, targeted) = (point.compensated, point.target.is_some());
         let counts =
             Effort { compensated, targeted, portals: portals.is_some(), ..config.effort(out.len()) }.counts(surface);
         let groups = scratch.get_mut(..counts.sum() * (size_of::<Group>() / GROUP / size_of::<f32>()));

@@ -38,10 +38,11 @@ pub fn is_worth(hits_per_pixel: u32) -> bool {
     hits_per_pixel >= MANY_HITS
 }
 
-/// Whether a hit may draw from shared products: they know the light as it was built and lobes that are wide, but no target of the client's own.
+/// Whether a hit may draw from shared products: they know the light as it was built, whole or above its mean, and lobes
+/// that are wide, but no target of the client's own.
 pub fn serves(environment: &Environment<'_>, point: &Point<'_>, bounce: u32) -> bool {
-    let whole = !point.compensated || environment.is_compensated();
-    bounce == FIRST && point.target.is_none() && whole && environment.guide().is_some()
+    let alike = point.compensated == environment.is_compensated();
+    bounce == FIRST && point.target.is_none() && alike && environment.guide().is_some()
 }
 
 /// Whether the narrowest lobe of a point is wide enough.

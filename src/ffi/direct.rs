@@ -41,9 +41,10 @@ pub unsafe extern "C" fn wis_base(
 /// WIS_POINT_PORTALS_COMPLETE.
 ///
 /// With `hits_per_pixel` of 16 and more, first hits (`bounce` 0) whose lobes are all of 0.2 or wider draw from at most four products that
-/// hits of the pixel share; others, and hits with portals, have candidates.
+/// hits of the pixel share; others, and hits with portals, have candidates. So have hits with WIS_POINT_COMPENSATED but under a light with
+/// WIS_ENVIRONMENT_COMPENSATED, and hits without it under such a light.
 ///
-/// Path tracers, whose BSDF rays go on from the hit, may split the light: with WIS_POINT_COMPENSATED rays count (1 - base) L(wi), where
+/// Path tracers, whose BSDF rays go on from the hit, may split any light: with WIS_POINT_COMPENSATED rays count (1 - base) L(wi), where
 /// `base` is wis_base of L(wi), and BSDF rays that leave the scene, also after the last hit, count base L(wi). Candidates are then 4 for
 /// each ray, at least 8 of each source. WIS_NOT_BUILT: the material was not initialised. WIS_INVALID_TRANSFORM: normal, wo or tangent.
 /// Work: rays x candidates x lobes.

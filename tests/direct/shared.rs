@@ -68,7 +68,7 @@ fn are_unbiased(compensated: bool) {
                     let hit = turned(&client, &mut random);
                     // A texture: it changes weights only, and no product knows it.
                     let texture = 0.2 + random.f64();
-                    let point = Point { weight: [[texture as f32; 3]; 4], ..hit.point() };
+                    let point = Point { weight: [[texture as f32; 3]; 4], compensated, ..hit.point() };
                     let radiance = |wi: V3| {
                         let radiance = map.radiance(Filter::Bilinear, rotate_back(&TURNED, wi));
                         (1.0 - (base / luminance(radiance)).min(1.0)) * radiance[0] * texture

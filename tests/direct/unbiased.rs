@@ -178,7 +178,7 @@ fn no_lobes() {
     check("volume", &volume);
 }
 
-/// Light that is compensated, of texels, and black in most directions, where the density is 0 too.
+/// Light that is compensated, of which a point without the flag has the whole, of texels, and black in most directions.
 #[test]
 fn other_lights() {
     let client = Client::new(&[Shape::LAMBERT, GGX], client::coated);

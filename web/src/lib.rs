@@ -102,7 +102,7 @@ pub extern "C" fn tracer_build(tracer: &mut Tracer, compensated_mis: u32) -> u32
     }
     let texels: &[f32] = bytemuck::cast_slice(&map.texels);
     let described = wis::Map::latlong(map.width as u32, map.height as u32, 3, texels);
-    let described = wis::Map { filter: Filter::Nearest, compensated: true, light_only: true, ..described };
+    let described = wis::Map { filter: Filter::Nearest, rays_only: true, ..described };
     let Ok(size) = described.size() else { return 0 };
     let mut blob = vec![Block::ZERO; Block::count(size.bytes)];
     let mut scratch = vec![Block::ZERO; Block::count(size.scratch)];

@@ -235,7 +235,8 @@ typedef struct wis_sampler_config {
   uint32_t size; /**< sizeof(wis_sampler_config). */
   uint32_t cpu_level; /**< WIS_CPU_*. Never changes a bit of the results. WIS_INVALID_ARGUMENT for a level that this processor lacks. */
   uint32_t rays; /**< The most rays of one call, 1 to 4096; 0: 16. */
-  /// Candidates for each ray, 1 to 256, rounded up to powers of two, at least 16 a call. 0: chosen by rays, point and narrow lobes.
+  /// Candidates for each ray, 1 to 256, rounded up to powers of two, at least 16 a call: 1 to 16 are the same for one ray. 0: chosen by
+  /// rays, point and narrow lobes.
   uint32_t candidates_per_ray;
   /// Hits of a pixel between calls of wis_sampler_begin_pixel; 0: unknown. From 16 on first hits share products: 15 kB more.
   uint32_t hits_per_pixel;
@@ -267,6 +268,7 @@ enum wis_status wis_sampler_fault(const struct wis_sampler *sampler, struct wis_
 /// Transmission through GGX microfacets (Walter et al. 2007, Eq. 21): `weight (1 - F)` times D, G and the Jacobian for `eta`; 0 beyond the
 /// critical angle. F: Schlick's term by the cosine of wo and the half vector, from either side with `f0` of this lobe: ((eta - 1) / (eta +
 /// 1))^2 for clear glass. Seen from inside glass `eta` is 1 / 1.5, and the GGX lobe has an `f0` of 1 where wo is beyond the critical angle.
+/// Wherever a width counts, the lobe is as narrow as a mirror of alpha |1 - 1 / eta| / 2.
 #define WIS_LOBE_GGX_TRANSMISSION 5
 
 #define WIS_LOBE_LAMBERT_TRANSMISSION 6 /**< Diffuse transmission: `weight / pi` on the side opposite to wo. */

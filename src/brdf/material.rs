@@ -80,10 +80,16 @@ impl Shape {
         Shape { kind: Kind::Ggx, a, b, eta: 1.0 }
     }
 
-    /// The smaller alpha, or that of microfacets about as narrow; f32::MAX if it is diffuse.
+    /// By how much microfacets turn a direction, over how much they turn what they mirror: refraction by `1 - 1 / eta` of a normal's own
+    /// turn, reflection by twice that turn.
+    pub fn bend(&self) -> f32 {
+        if self.kind == Kind::GgxTransmission { 0.5 * (1.0 - 1.0 / self.eta).abs() } else { 1.0 }
+    }
+
+    /// The smaller alpha, or that of mirrors about as narrow; f32::MAX if it is diffuse.
     pub fn alpha(&self) -> f32 {
         match self.kind {
-            Kind::Ggx | Kind::GgxTransmission => min(self.a, self.b),
+            Kind::Ggx | Kind::GgxTransmission => self.bend() * min(self.a, self.b),
             Kind::Phong => sqrt(2.0 / (self.a + 2.0)),
             _ => f32::MAX,
         }

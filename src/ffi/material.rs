@@ -21,7 +21,7 @@ pub const WIS_LOBE_PHONG: u32 = 3;
 /// Transmission through GGX microfacets (Walter et al. 2007, Eq. 21): `weight (1 - F)` times D, G and the Jacobian for `eta`; 0 beyond
 /// the critical angle. F: Schlick's term by the cosine of wo and the half vector, from either side with `f0` of this lobe: ((eta - 1) /
 /// (eta + 1))^2 for clear glass. Seen from inside glass `eta` is 1 / 1.5, and the GGX lobe has an `f0` of 1 where wo is beyond the
-/// critical angle.
+/// critical angle. Wherever a width counts, the lobe is as narrow as a mirror of alpha |1 - 1 / eta| / 2.
 pub const WIS_LOBE_GGX_TRANSMISSION: u32 = 5;
 /// Diffuse transmission: `weight / pi` on the side opposite to wo.
 pub const WIS_LOBE_LAMBERT_TRANSMISSION: u32 = 6;

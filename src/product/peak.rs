@@ -45,6 +45,9 @@ const BEYOND: f32 = 0.75;
 /// otherwise have weights above 50.
 const FLANKS: f32 = 0.5;
 
+/// Microfacets are made no rougher than this, however little they bend what they let through.
+const WIDEST_ALPHA: f32 = 1.0;
+
 /// No Phong lobe is drawn with a smaller exponent: its directions stay so far inside its hemisphere that rounding leaves them there.
 const WIDEST: f32 = 1.0;
 
@@ -78,7 +81,7 @@ pub struct Peak<'a> {
 pub fn width(shape: &Shape, cosine: f32) -> f32 {
     match shape.kind {
         // At grazing views a lobe of microfacets narrows across the plane of incidence.
-        Kind::Ggx | Kind::GgxTransmission => min(shape.a, shape.b) * crate::numeric::sqrt(min(max(cosine, 1e-4), 1.0)),
+        Kind::Ggx | Kind::GgxTransmission => shape.alpha() * crate::numeric::sqrt(min(max(cosine, 1e-4), 1.0)),
         // Directions turn by twice the angle of half vectors.
         Kind::Phong => 0.5 * libm::acosf(libm::powf(2.0, -1.0 / (shape.a + 1.0))),
         _ => core::f32::consts::FRAC_PI_2,
@@ -93,7 +96,10 @@ pub fn widened(material: &Material, mixture: &Mixture) -> Option<Material> {
     }
     Some(material.with_shapes(|shape| match shape.kind {
         Kind::Phong => Shape { a: min(shape.a, exponent(least)), ..*shape },
-        _ if shape.kind.is_ggx() => Shape { a: max(shape.a, least), b: max(shape.b, least), ..*shape },
+        _ if shape.kind.is_ggx() => {
+            let least = min(least / shape.bend(), WIDEST_ALPHA);
+            Shape { a: max(shape.a, least), b: max(shape.b, least), ..*shape }
+        }
         _ => *shape,
     }))
 }

@@ -15,8 +15,12 @@ import cffi
 from setuptools import Distribution, setup
 from setuptools.command.bdist_wheel import bdist_wheel
 from setuptools.command.build_py import build_py
+from setuptools.command.sdist import sdist
 
-ROOT = Path(__file__).resolve().parent.parent
+HERE = Path(__file__).resolve().parent
+# A source distribution has what it takes of the repository.
+ROOT = HERE / "rust" if (HERE / "rust").exists() else HERE.parent
+SOURCES = ("src", "capi", "include", "packaging/licences", "docs/crate.md", "Cargo.lock", "LICENSE-MIT", "LICENSE-APACHE")
 VERSION = re.search(r'^version = "(.*)"', (ROOT / "Cargo.toml").read_text(), re.M)[1]
 # What the library asks of glibc, 2.14 of memcpy, is in 2.17, the oldest that wheels have a name for.
 LINUX = "manylinux_2_17_"
@@ -72,9 +76,23 @@ class Wheel(bdist_wheel):
         return "py3", "none", platform.replace("linux_", LINUX) if platform.startswith("linux_") else platform
 
 
+class Sources(sdist):
+    def make_release_tree(self, base_dir, files):
+        super().make_release_tree(base_dir, files)
+        rust = Path(base_dir) / "rust"
+        for name in SOURCES:
+            given, to = ROOT / name, rust / name
+            to.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copytree(given, to) if given.is_dir() else shutil.copy(given, to)
+        # Without tests, benchmarks and the other members, which are not there, and their profiles.
+        text = re.sub(r"^members = .*$", 'members = ["capi"]', (ROOT / "Cargo.toml").read_text(), flags=re.M)
+        (rust / "Cargo.toml").write_text(re.sub(r"^\[(\[|profile\.(?!release)).*?(?=^\[|\Z)", "", text, flags=re.M | re.S))
+
+
 class Platform(Distribution):
     def has_ext_modules(self):
         return True
 
 
-setup(version=VERSION, distclass=Platform, cmdclass={"build_py": Build, "bdist_wheel": Wheel})
+setup(version=VERSION, distclass=Platform, cmdclass={"build_py": Build, "bdist_wheel": Wheel, "sdist": Sources},
+      options={"build": {"build_base": str(ROOT / "build" / "python")}})

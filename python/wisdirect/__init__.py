@@ -11,6 +11,7 @@ import enum
 import os
 import threading
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from types import SimpleNamespace
 from typing import Any, Callable, NamedTuple, Optional, Sequence, Union
 
@@ -245,16 +246,50 @@ class Material:
 Materials = Union[Material, Sequence[Material], None]
 
 
+class VisibilityCache:
+    """What rays of earlier passes reached, at `places` such as tiles of pixels or pieces of surface: give it to Points, `record` the
+    rays of a pass, then `end_pass`."""
+
+    def __init__(self, places: int) -> None:
+        size, handle = _measured("wis_visibility_cache_size", places), ffi.new("wis_visibility_cache **")
+        self._memory = _block(size.bytes)
+        _call("wis_visibility_cache_init", places, _pointer(self._memory), size.bytes, handle)
+        self._handle = handle[0]
+
+    def record(self, points: Points, rays: Rays, reached: ArrayLike) -> None:
+        """`reached`, n x rays: whether a ray of `direct` met nothing. No other call may use the cache meanwhile."""
+        records, _portals = points._records()
+        wi = np.ascontiguousarray(rays.wi)
+        seen = np.ascontiguousarray(np.broadcast_to(np.asarray(reached, bool), rays.weight.shape))
+        point = _pointer(records, "wis_point")
+        for number, count in enumerate(rays.counts.tolist()):
+            _call("wis_visibility_cache_record", point + number, count, _pointer(wi[number], "float"), 0,
+                  _pointer(seen[number], "uint8_t"))
+
+    def end_pass(self) -> None:
+        _call("wis_visibility_cache_end_pass", self._handle)
+
+
+def visibility_keys(position: ArrayLike, normal: ArrayLike, cell: float) -> NDArray[np.uint32]:
+    """Keys of positions n x 3 with normals, by a grid of width `cell`: a twentieth of the scene is a good width."""
+    where, facing = (np.ascontiguousarray(array, np.float32) for array in np.broadcast_arrays(position, normal))
+    keys = np.zeros(len(where), np.uint32)
+    for number in range(len(where)):
+        _call("wis_visibility_key", _pointer(where[number], "float"), _pointer(facing[number], "float"), cell,
+              _pointer(keys[number:], "uint32_t"))
+    return keys
+
+
 class Points:
     """Shading points: `normal` and `wo`, the direction to the viewer, n x 3. `material`: one, or several of which `index` names
     that of each point. `weight` and `f0` of lobes: numbers, or arrays that broadcast to n x lobes x 3. `seed`: the pixel; by default
     each point is one. `portals`: rectangles k x 3 x 3 in the world (a corner and two edges) for points at `position`, or
-    n x k x 3 x 3. Every array may have one element for all points. The rest: wis_wave in wis.h."""
+    n x k x 3 x 3. `visibility`: a cache, and `visibility_key` the place of each point in it, above 0. Every array may have one element for all points. The rest: wis_wave in wis.h."""
 
     def __init__(self, normal: ArrayLike, wo: ArrayLike, material: Materials = None, *, index: ArrayLike = 0,
                  tangent: Optional[ArrayLike] = None, weight: ArrayLike = 1, f0: ArrayLike = 0, seed: Optional[ArrayLike] = None,
                  sample: ArrayLike = 0, bounce: ArrayLike = 0, mask: Optional[ArrayLike] = None, portals: Optional[ArrayLike] = None,
-                 position: ArrayLike = (0, 0, 0), whole_sphere: bool = False, cosine_included: bool = False,
+                 position: ArrayLike = (0, 0, 0), visibility: Optional[VisibilityCache] = None, visibility_key: ArrayLike = 0, whole_sphere: bool = False, cosine_included: bool = False,
                  compensated: bool = False, portals_complete: bool = False) -> None:
         self.count = np.broadcast_shapes(np.shape(normal), np.shape(wo), (1, 3))[0]
         self.materials = [] if material is None else [material] if isinstance(material, Material) else list(material)
@@ -269,7 +304,9 @@ class Points:
         if tangent is not None:
             self._floats["tangent"] = self._rows(tangent, 3)
         self._ints = {name: self._whole(of) for name, of in {
-            "material": index, "seed": np.arange(self.count) if seed is None else seed, "sample": sample, "bounce": bounce}.items()}
+            "material": index, "seed": np.arange(self.count) if seed is None else seed, "sample": sample, "bounce": bounce,
+            "visibility_key": visibility_key}.items()}
+        self._visibility = visibility
         if portals is not None:
             corners = np.asarray(portals, np.float32)
             self._floats["portal"] = self._rows(corners.reshape(corners.shape[:-3] + (-1,)), 9 * corners.shape[-3])
@@ -308,7 +345,8 @@ class Points:
     def _wave(self, ray: Floats, count: NDArray[np.uint32], status: NDArray[np.uint8]) -> Any:
         columns = {name: _strided(array) for name, array in {**self._floats, "ray": ray.reshape(len(ray), -1)}.items()}
         ints = {name: {"first": _pointer(array, "uint32_t"), "point": array.strides[0]} for name, array in self._ints.items()}
-        return _new("wis_wave", flags=self._flags, material_count=len(self.materials), rays=ray.shape[1],
+        cache = ffi.NULL if self._visibility is None else self._visibility._handle
+        return _new("wis_wave", flags=self._flags, visibility=cache, material_count=len(self.materials), rays=ray.shape[1],
                     materials=_pointer(self._materials, "wis_material"), mask=ffi.NULL if self._mask is None else
                     _pointer(self._mask, "uint8_t"), count=_pointer(count, "uint32_t"), status=_pointer(status, "uint8_t"),
                     **columns, **ints)
@@ -326,8 +364,10 @@ class Points:
         for name in ("weight", "f0"):
             lobes = self._floats[name].shape[1] // 3
             made[name][:, :lobes] = self._floats[name].reshape(-1, lobes, 3)
-        for name in ("seed", "sample", "bounce"):
+        for name in ("seed", "sample", "bounce", "visibility_key"):
             made[name] = self._ints[name]
+        if self._visibility is not None:
+            made["visibility"] = self._visibility._memory.ctypes.data
         if "portal" not in self._floats:
             return made, None
         rectangles = self._floats["portal"].reshape(self.count, -1, 3, 3).copy()
@@ -430,6 +470,19 @@ class Sampler:
             self._explain(environment, points, int(status.argmax()), rays, status)
         return Rays(out[..., :3], out[..., 3], count)
 
+    def direct_target(self, environment: Environment, points: Points, target: Callable[[int, Floats], ArrayLike], rays: int = 1) -> Rays:
+        """As `direct`, with your own BRDF in the choice of rays: `target` of a point's number and directions n x 3 answers luminances
+        of BRDF x |cos|. Point by point, so for measured BRDFs rather than for speed."""
+        out, counts = np.zeros((len(points), rays, 4), np.float32), np.zeros(len(points), np.uint32)
+        records, _portals = points._records()
+        for number in range(len(points)):
+            function, raised = _callback("wis_target_fn", partial(target, number), 1)
+            point = _pointer(records, "wis_point") + number
+            point.target = function
+            self._raising(raised, "wis_direct", environment, point, rays, _pointer(out[number], "wis_ray"),
+                          _pointer(counts[number:], "uint32_t"))
+        return Rays(out[..., :3], out[..., 3], counts)
+
     def sample(self, environment: Environment, u: ArrayLike, product: Optional[Product] = None) -> Drawn:
         """Directions in proportion to the light, or to a product, of numbers `u` n x 2 in [0, 1); and their pdf."""
         u = _packed(u, 2)
@@ -481,13 +534,16 @@ class Sampler:
         return self._checked("wis_check_point", environment, raised, _new("wis_point_verdict"), point)
 
     def _checked(self, function: str, environment: Environment, raised: list[BaseException], info: Any, given: Any) -> SimpleNamespace:
+        self._raising(raised, function, environment, given, info)
+        return _read(info)
+
+    def _raising(self, raised: list[BaseException], function: str, environment: Environment, *arguments: Any) -> None:
         try:
-            self._call(function, environment, given, info)
+            self._call(function, environment, *arguments)
         except Error as error:
             if raised:
                 raise raised[0] from error
             raise
-        return _read(info)
 
     def _explain(self, environment: Environment, points: Points, number: int, rays: int, status: NDArray[np.uint8]) -> None:
         """Raises for a point that is wrong: called alone, it also tells the field."""
@@ -517,6 +573,28 @@ def direct(environment: Environment, points: Points, rays: int = 1, *, threads: 
 
 # Fewer points of a thread take less time than starting it.
 _LEAST = 256
+
+
+class Picks(NamedTuple):
+    """`candidate`, numbers of the candidates; how many times each was picked; and the sum of all weights. A pick counts
+    radiance x BRDF x cosine x visibility x multiplicity x weight_sum / (picks x g)."""
+
+    candidate: NDArray[np.uint32]
+    multiplicity: NDArray[np.uint32]
+    weight_sum: float
+
+
+def pool_pick(wi: ArrayLike, weight: ArrayLike, picks: int, u: float) -> Picks:
+    """Picks from candidates of your own, n x 3, in proportion to weights of your own: resampled importance sampling."""
+    wi, given, size = _packed(wi, 3), np.ascontiguousarray(weight, np.float32), ffi.new("wis_memory_size *")
+    if given.shape != (len(wi),):
+        raise ValueError(f"weight has shape {given.shape}, not ({len(wi)},)")
+    _call("wis_pool_size", len(wi), size)
+    scratch, pick = _block(size.bytes), np.zeros(picks, _dtype(ffi.typeof("wis_pick")))
+    count, total = ffi.new("uint32_t *"), ffi.new("double *")
+    candidates = _new("wis_candidates", count=len(wi), wi=_pointer(wi, "float"), wi_stride=wi.strides[0], weight=_pointer(given, "float"))
+    _call("wis_pool_pick", candidates, picks, u, _pointer(scratch), size.bytes, _pointer(pick, "wis_pick"), count, total)
+    return Picks(pick["candidate"][:count[0]], pick["multiplicity"][:count[0]], total[0])
 
 
 def points_sobol(seed: int, first: int, count: int) -> Floats:

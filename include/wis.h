@@ -126,12 +126,11 @@ uint32_t wis_version(void);
 #define WIS_ENVIRONMENT_ABSOLUTE 32 /**< Negative channels count by their size instead of as 0: pdf > 0 wherever |L| > 0. */
 
 /// An environment map as a distribution of directions: bytes in your memory without pointers, so it may be copied (to any block aligned to
-/// WIS_ALIGNMENT), saved and mapped. Constant once built, but for wis_environment_turn; any number of threads may use it at once. Nothing
-/// to free.
+/// WIS_ALIGNMENT), saved and mapped. Constant once built, but for wis_environment_turn; any number of threads may use it at once.
 typedef struct wis_environment wis_environment;
 
-/// Gives row `y` in the format of the configuration. The bytes must stay as they are until the next call on the same thread. Null stops the
-/// build with WIS_CALLBACK_FAILED.
+/// Gives row `y` in the format of the configuration. The bytes must stay as they are until the next call on the same thread. Null:
+/// WIS_CALLBACK_FAILED.
 typedef const void *(*wis_row_fn)(void *user, uint32_t y);
 
 /// The map, and what to build from it.
@@ -172,23 +171,20 @@ typedef struct wis_environment_info {
 } wis_environment_info;
 
 /// Measures the memory of a build: bytes of the environment, at most, and bytes of scratch memory. What was built says how many of them it
-/// uses. A map of 1024 x 512 needs 3.7 MB (WIS_FILTER_NEAREST: 2.5 MB) and 2.4 MB of scratch. Reads no pixels; costs about 15 us. Work:
-/// constant.
+/// uses. A map of 1024 x 512 needs 3.7 MB (WIS_FILTER_NEAREST: 2.5 MB) and 2.4 MB of scratch. Reads no pixels. Costs 15 us. Work: constant.
 enum wis_status wis_environment_size(const struct wis_environment_config *config, struct wis_memory_size *size,
     struct wis_diagnostic *diagnostic);
 
 /// Builds an environment on one thread. `memory`: where the environment goes; a multiple of 64 as its address makes look-ups from cold
 /// caches cheaper. `scratch`: may be freed afterwards. `environment` receives the handle, which is the address of `memory`.
 /// WIS_INVALID_TEXEL: the diagnostic names column and row. WIS_MEMORY_TOO_SMALL: the diagnostic tells the bytes that are needed; an error
-/// budget needs fewer than wis_environment_size says. A map of 1024 x 512 RGB floats costs 15 to 40 ms, with an error budget 0.1 s more.
-/// Work: texels.
+/// budget needs fewer than wis_environment_size says. A map of 1024 x 512 RGB floats costs 15 to 40 ms, a budget 0.1 s more. Work: texels.
 enum wis_status wis_environment_init(const struct wis_environment_config *config, void *memory, size_t bytes, void *scratch,
     size_t scratch_bytes, const struct wis_environment **environment, struct wis_diagnostic *diagnostic);
 
 /// Begins a build that threads share. `items` receives the number of items of each of three passes: rows of texels; cells, whose tables are
 /// chosen; cells, whose tables are written. Hand all items of a pass to wis_environment_run, in any portions, on any threads, before those
-/// of the next pass; then call wis_environment_finish. However the items are shared, the bytes are those of wis_environment_init. Work:
-/// rows.
+/// of the next pass; then call wis_environment_finish. The bytes are those of wis_environment_init. Work: rows.
 enum wis_status wis_environment_begin(const struct wis_environment_config *config, void *scratch, size_t scratch_bytes, uint32_t items[3],
     struct wis_diagnostic *diagnostic);
 
@@ -210,7 +206,7 @@ enum wis_status wis_environment_finish(const struct wis_environment_config *conf
 enum wis_status wis_environment_open(const void *memory, size_t bytes, const struct wis_environment **environment,
     struct wis_diagnostic *diagnostic);
 
-/// Describes an environment. Set `info->size` before. Work: constant.
+/// Describes an environment. Work: constant.
 enum wis_status wis_environment_describe(const struct wis_environment *environment, struct wis_environment_info *info);
 
 /// Turns an environment in place; nothing is rebuilt. `memory`: the environment, which no other thread may use meanwhile. `world_from_map`:
@@ -227,7 +223,7 @@ enum wis_status wis_environment_turn(void *memory, size_t bytes, const float wor
 #define WIS_CPU_BASELINE 1 /**< Instructions that every processor of the platform has. */
 #define WIS_CPU_AVX2 2 /**< x86-64 with AVX2. */
 
-/// One thread's working memory: bytes in your memory without pointers to it. Nothing to free. One thread at a time may use it.
+/// One thread's working memory: bytes in your memory without pointers to it. One thread at a time may use it.
 typedef struct wis_sampler wis_sampler;
 
 /// What a sampler is made for. Zeros are good choices.
@@ -420,8 +416,7 @@ typedef struct wis_check_info {
 /// `radiance` of `config` is called for at most 64 world directions at a time: 256, half of them drawn from the light, and up to 25,000
 /// more that confirm an explanation. It answers the same for the same direction. What your map does not show is no mistake: a constant sky
 /// fits every frame. WIS_CALLBACK_FAILED for a radiance that is NaN, infinite or negative: `y` of the fault (wis_sampler_fault) is the
-/// number of the direction. WIS_NOT_BUILT for an environment with WIS_ENVIRONMENT_RAYS_ONLY. Set `info->size` before. Costs 1 to 20 ms
-/// besides `radiance`. Work: constant.
+/// number of the direction. WIS_NOT_BUILT for an environment with WIS_ENVIRONMENT_RAYS_ONLY. 1 to 20 ms besides `radiance`. Work: constant.
 enum wis_status wis_check(struct wis_sampler *sampler, const struct wis_environment *environment, const struct wis_check_config *config,
     struct wis_check_info *info);
 
@@ -466,8 +461,7 @@ typedef struct wis_point_verdict {
 /// difference. What a point does not show is no mistake: see it from above, 20 to 70 degrees off the normal, and give each lobe a weight. A
 /// `sample` that is always 0 stays unseen. WIS_NULL_POINTER for a target that is null, WIS_CALLBACK_FAILED for a value that is NaN,
 /// infinite or negative: `y` of the fault (wis_sampler_fault) is the number of the direction. WIS_NOT_BUILT: the material was not
-/// initialised. WIS_INVALID_TRANSFORM: normal, wo or tangent. Set `verdict->size` before. Costs 0.1 to 2 ms besides `target`. Work:
-/// constant.
+/// initialised. WIS_INVALID_TRANSFORM: normal, wo or tangent. Costs 0.1 to 2 ms besides `target`. Work: constant.
 enum wis_status wis_check_point(struct wis_sampler *sampler, const struct wis_environment *environment, const struct wis_point *point,
     struct wis_point_verdict *verdict);
 /** @} */
@@ -475,7 +469,7 @@ enum wis_status wis_check_point(struct wis_sampler *sampler, const struct wis_en
 /** @defgroup visibility Visibility of earlier passes */ /** @{ */
 
 /// What rays saw from places of the scene, in your memory. Any number of threads may record and read at once; between passes one of them
-/// calls wis_visibility_cache_end_pass alone. Nothing to free.
+/// calls wis_visibility_cache_end_pass alone.
 typedef struct wis_visibility_cache wis_visibility_cache;
 
 /// The bytes that a cache of so many places needs: 1152 each. `places`: 1 to 2^20; more keys than places share them, which costs quality
@@ -496,13 +490,11 @@ enum wis_status wis_visibility_cache_init(uint32_t places, void *memory, size_t 
 enum wis_status wis_visibility_cache_record(const struct wis_point *point, size_t count, const float *wi, size_t wi_stride,
     const uint8_t *reached);
 
-/// Ends a pass: from now on points read what was recorded so far. No other call may use the cache meanwhile. About 0.5 us for each place.
-/// Work: places.
+/// Ends a pass: points then read what was recorded so far. No other call may use the cache meanwhile. 0.5 us for each place. Work: places.
 enum wis_status wis_visibility_cache_end_pass(struct wis_visibility_cache *cache);
 
 /// A key for the piece of surface about a position: the cell of a grid of width `cell` (0 or less: 1), apart for six directions of the
-/// normal. Never 0. A twentieth of the scene is a good width. Renderers that know the pixel may use the number of its tile + 1 instead.
-/// Work: constant.
+/// normal. Never 0. A twentieth of the scene is a good width. Renderers that know the pixel may use its tile's number + 1. Work: constant.
 enum wis_status wis_visibility_key(const float position[3], const float normal[3], float cell, uint32_t *visibility_key);
 /** @} */
 
@@ -570,7 +562,7 @@ enum wis_status wis_direct_wave(struct wis_sampler *sampler, const struct wis_en
 #define WIS_PRODUCT_CHECKSUM 2 /**< Products get the checksum that wis_product_open asks for: about 0.6 us each. */
 
 /// The product of an environment and the BRDF x cosine at a shading point, as a distribution of directions: bytes in your memory without
-/// pointers, to be copied (to any block aligned to WIS_ALIGNMENT) and read by any number of threads. Nothing to free.
+/// pointers, to be copied (to any block aligned to WIS_ALIGNMENT) and read by any number of threads.
 typedef struct wis_product wis_product;
 
 /// How products are prepared. Zeros are good choices.
@@ -614,7 +606,7 @@ enum wis_status wis_product_prepare(struct wis_sampler *sampler, const struct wi
 enum wis_status wis_product_open(const struct wis_environment *environment, const void *memory, size_t bytes,
     const struct wis_product **product, struct wis_diagnostic *diagnostic);
 
-/// Describes a product. Set `info->size` before. WIS_MISMATCH for a product of another environment. Costs about 1 us. Work: divided cells.
+/// Describes a product. WIS_MISMATCH for a product of another environment. Costs about 1 us. Work: divided cells.
 enum wis_status wis_product_describe(const struct wis_environment *environment, const struct wis_product *product,
     struct wis_product_info *info);
 
@@ -644,9 +636,8 @@ enum wis_status wis_pdf(struct wis_sampler *sampler, const struct wis_environmen
 
 /// The `u` that leads to each of `count` directions: into its part of the tables, and there as near as 24 bits of u come. `status`: WIS_OK;
 /// WIS_ZERO_DENSITY where no u leads there; WIS_UNREACHABLE where the density is above 0 but no u of 24 bits leads there (with a product:
-/// or narrow lobes alone do); WIS_INVALID_TRANSFORM for a direction that is not of unit length within 1e-3. Each is a byte; where it is not
-/// WIS_OK, u is not written. WIS_NOT_BUILT as in wis_sample. Strides as in wis_sample; statuses stand close together. Work: count x (lobes
-/// + log texels).
+/// or narrow lobes alone do); WIS_INVALID_TRANSFORM for a direction that is not of unit length within 1e-3. A byte each; u is written where
+/// it is WIS_OK. WIS_NOT_BUILT as in wis_sample. Strides as in wis_sample; statuses are packed. Work: count x (lobes + log texels).
 enum wis_status wis_invert(struct wis_sampler *sampler, const struct wis_environment *environment, const struct wis_product *product,
     size_t count, const float *wi, size_t wi_stride, float *u, size_t u_stride, uint8_t *status);
 /** @} */
@@ -672,8 +663,7 @@ typedef struct wis_candidates {
   size_t weight_stride; /**< Bytes from a weight to the next. */
 } wis_candidates;
 
-/// The scratch memory that wis_pool_pick needs for `count` candidates, in `bytes`. WIS_OVERFLOW for more than WIS_MAX_CANDIDATES. Work:
-/// constant.
+/// The scratch memory that wis_pool_pick needs for `count` candidates. WIS_OVERFLOW for more than WIS_MAX_CANDIDATES. Work: constant.
 enum wis_status wis_pool_size(size_t count, struct wis_memory_size *size);
 
 /// Picks directions to trace from candidates of your own, in proportion to weights of your own (resampled importance sampling). wis_direct

@@ -101,7 +101,7 @@ pub struct CheckConfig {
 /// `radiance` of `config` is called for at most 64 world directions at a time: 256, half of them drawn from the light, and up to 25,000
 /// more that confirm an explanation. It answers the same for the same direction. What your map does not show is no mistake: a constant
 /// sky fits every frame. WIS_CALLBACK_FAILED for a radiance that is NaN, infinite or negative: `y` of the fault (wis_sampler_fault) is
-/// the number of the direction. WIS_NOT_BUILT for an environment with WIS_ENVIRONMENT_RAYS_ONLY. Set `info->size` before. Costs 1 to 20 ms besides `radiance`. Work: constant.
+/// the number of the direction. WIS_NOT_BUILT for an environment with WIS_ENVIRONMENT_RAYS_ONLY. 1 to 20 ms besides `radiance`. Work: constant.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.

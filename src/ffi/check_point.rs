@@ -93,7 +93,7 @@ impl From<Match> for PointVerdict {
 /// the difference. What a point does not show is no mistake: see it from above, 20 to 70 degrees off the normal, and give each lobe a
 /// weight. A `sample` that is always 0 stays unseen. WIS_NULL_POINTER for a target that is null, WIS_CALLBACK_FAILED for a value that is
 /// NaN, infinite or negative: `y` of the fault (wis_sampler_fault) is the number of the direction. WIS_NOT_BUILT: the material was not
-/// initialised. WIS_INVALID_TRANSFORM: normal, wo or tangent. Set `verdict->size` before. Costs 0.1 to 2 ms besides `target`. Work:
+/// initialised. WIS_INVALID_TRANSFORM: normal, wo or tangent. Costs 0.1 to 2 ms besides `target`. Work:
 /// constant.
 ///
 /// # Safety

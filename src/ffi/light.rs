@@ -18,7 +18,7 @@ use rows::PixelRows;
 
 /// An environment map as a distribution of directions: bytes in your memory without pointers, so it may be copied (to any block
 /// aligned to WIS_ALIGNMENT), saved and mapped. Constant once built, but for wis_environment_turn; any number of threads may
-/// use it at once. Nothing to free.
+/// use it at once.
 #[allow(missing_debug_implementations)]
 pub struct EnvironmentObject {
     _opaque: [u8; 0],
@@ -49,8 +49,8 @@ pub(super) unsafe fn exact<'a>(pointer: *const EnvironmentObject, argument: u32)
 }
 
 /// Measures the memory of a build: bytes of the environment, at most, and bytes of scratch memory. What was built says how many of them
-/// it uses. A map of 1024 x 512 needs 3.7 MB (WIS_FILTER_NEAREST: 2.5 MB) and 2.4 MB of scratch. Reads no pixels; costs about
-/// 15 us. Work: constant.
+/// it uses. A map of 1024 x 512 needs 3.7 MB (WIS_FILTER_NEAREST: 2.5 MB) and 2.4 MB of scratch. Reads no pixels.
+/// Costs 15 us. Work: constant.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -71,7 +71,7 @@ pub unsafe extern "C" fn wis_environment_size(
 /// from cold caches cheaper. `scratch`: may be freed afterwards. `environment` receives the handle, which is the address of
 /// `memory`. WIS_INVALID_TEXEL: the diagnostic names column and row. WIS_MEMORY_TOO_SMALL: the diagnostic tells the bytes that
 /// are needed; an error budget needs fewer than wis_environment_size says. A map of 1024 x 512 RGB floats costs 15 to 40 ms,
-/// with an error budget 0.1 s more. Work: texels.
+/// a budget 0.1 s more. Work: texels.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; blocks are as long as stated and nobody else uses them.
@@ -99,7 +99,7 @@ pub unsafe extern "C" fn wis_environment_init(
 
 /// Begins a build that threads share. `items` receives the number of items of each of three passes: rows of texels; cells, whose
 /// tables are chosen; cells, whose tables are written. Hand all items of a pass to wis_environment_run, in any portions, on any
-/// threads, before those of the next pass; then call wis_environment_finish. However the items are shared, the bytes are those
+/// threads, before those of the next pass; then call wis_environment_finish. The bytes are those
 /// of wis_environment_init. Work: rows.
 ///
 /// # Safety
@@ -207,7 +207,7 @@ pub unsafe extern "C" fn wis_environment_open(
     })
 }
 
-/// Describes an environment. Set `info->size` before. Work: constant.
+/// Describes an environment. Work: constant.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.

@@ -32,7 +32,7 @@ pub struct Candidates {
     pub weight_stride: usize,
 }
 
-/// The scratch memory that wis_pool_pick needs for `count` candidates, in `bytes`. WIS_OVERFLOW for more than
+/// The scratch memory that wis_pool_pick needs for `count` candidates. WIS_OVERFLOW for more than
 /// WIS_MAX_CANDIDATES. Work: constant.
 ///
 /// # Safety

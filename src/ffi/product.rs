@@ -22,7 +22,7 @@ pub const WIS_PRODUCT_UNDIVIDED: u32 = 1;
 pub const WIS_PRODUCT_CHECKSUM: u32 = 2;
 
 /// The product of an environment and the BRDF x cosine at a shading point, as a distribution of directions: bytes in your memory
-/// without pointers, to be copied (to any block aligned to WIS_ALIGNMENT) and read by any number of threads. Nothing to free.
+/// without pointers, to be copied (to any block aligned to WIS_ALIGNMENT) and read by any number of threads.
 #[allow(missing_debug_implementations)]
 pub struct ProductObject {
     _opaque: [u8; 0],
@@ -178,7 +178,7 @@ pub unsafe extern "C" fn wis_product_open(
     })
 }
 
-/// Describes a product. Set `info->size` before. WIS_MISMATCH for a product of another environment. Costs about 1 us.
+/// Describes a product. WIS_MISMATCH for a product of another environment. Costs about 1 us.
 /// Work: divided cells.
 ///
 /// # Safety

@@ -17,7 +17,7 @@ pub const WIS_CPU_BASELINE: u32 = 1;
 /// x86-64 with AVX2.
 pub const WIS_CPU_AVX2: u32 = 2;
 
-/// One thread's working memory: bytes in your memory without pointers to it. Nothing to free. One thread at a time may use it.
+/// One thread's working memory: bytes in your memory without pointers to it. One thread at a time may use it.
 #[allow(missing_debug_implementations)]
 pub struct SamplerObject {
     _opaque: [u8; 0],

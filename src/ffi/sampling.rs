@@ -96,8 +96,8 @@ pub unsafe extern "C" fn wis_pdf(
 
 /// The `u` that leads to each of `count` directions: into its part of the tables, and there as near as 24 bits of u come. `status`:
 /// WIS_OK; WIS_ZERO_DENSITY where no u leads there; WIS_UNREACHABLE where the density is above 0 but no u of 24 bits leads there (with a
-/// product: or narrow lobes alone do); WIS_INVALID_TRANSFORM for a direction that is not of unit length within 1e-3. Each is a byte; where
-/// it is not WIS_OK, u is not written. WIS_NOT_BUILT as in wis_sample. Strides as in wis_sample; statuses stand close together. Work: count x (lobes + log texels).
+/// product: or narrow lobes alone do); WIS_INVALID_TRANSFORM for a direction that is not of unit length within 1e-3. A byte each; u is
+/// written where it is WIS_OK. WIS_NOT_BUILT as in wis_sample. Strides as in wis_sample; statuses are packed. Work: count x (lobes + log texels).
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.

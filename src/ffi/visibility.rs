@@ -12,7 +12,7 @@ use core::ffi::c_void;
 use core::ptr::null_mut;
 
 /// What rays saw from places of the scene, in your memory. Any number of threads may record and read at once; between passes one
-/// of them calls wis_visibility_cache_end_pass alone. Nothing to free.
+/// of them calls wis_visibility_cache_end_pass alone.
 #[allow(missing_debug_implementations)]
 pub struct VisibilityCacheObject {
     _opaque: [u8; 0],
@@ -146,7 +146,7 @@ pub unsafe extern "C" fn wis_visibility_cache_record(
     })
 }
 
-/// Ends a pass: from now on points read what was recorded so far. No other call may use the cache meanwhile. About 0.5 us for each
+/// Ends a pass: points then read what was recorded so far. No other call may use the cache meanwhile. 0.5 us for each
 /// place. Work: places.
 ///
 /// # Safety
@@ -163,8 +163,7 @@ pub unsafe extern "C" fn wis_visibility_cache_end_pass(cache: *mut VisibilityCac
 }
 
 /// A key for the piece of surface about a position: the cell of a grid of width `cell` (0 or less: 1), apart for six directions of
-/// the normal. Never 0. A twentieth of the scene is a good width. Renderers that know the pixel may use the number of its tile + 1
-/// instead. Work: constant.
+/// the normal. Never 0. A twentieth of the scene is a good width. Renderers that know the pixel may use its tile's number + 1. Work: constant.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.

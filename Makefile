@@ -14,6 +14,9 @@ LEVELS ?= avx2
 # Empty: wis_direct alone, without wis_product_*, wis_sample, wis_pdf and wis_invert.
 PRODUCTS ?= products
 
+# Of archives: targets of rustc.
+PLATFORMS ?= native aarch64-unknown-linux-gnu x86_64-pc-windows-gnu aarch64-apple-darwin
+
 TARGET  := $(or $(CARGO_TARGET_DIR),target)
 VERSION := $(shell sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -n 1)
 MAJOR   := $(word 1,$(subst ., ,$(VERSION)))
@@ -33,7 +36,7 @@ CXXFLAGS ?= $(CFLAGS)
 FILL_IN := sed -e 's/@VERSION@/$(VERSION)/' -e 's/@MAJOR@/$(MAJOR)/' -e 's/@MINOR@/$(MINOR)/' \
 	-e 's/@ABI@/$(ABI)/'
 
-.PHONY: help lib header install demo pathtracer pathtracer-page figure gallery hardcases report goals test-report performance check-pages light tuning passes structured wavelets \
+.PHONY: help lib header install install-files print-abi demo pathtracer pathtracer-page figure gallery hardcases report goals test-report performance check-pages light tuning passes structured wavelets \
 	triple check test fuzz fuzz-guided growth instructions check-bits coverage soak sanitizers mutants check-aarch64 check-thumb renderers cycles test-renderers web test-web test-slow dist wheel docs abi clean
 
 help: ## list the targets
@@ -41,21 +44,22 @@ help: ## list the targets
 
 lib: ## build the static and the shared library into build/lib: FEATURES= for the renderer's part alone, LEVELS= without AVX2, PRODUCTS= without products
 	$(CARGO) build --release --package wis-capi --no-default-features --features '$(FEATURES) $(PRODUCTS) $(LEVELS)'
-	install -d $(LIB)
-	rm -f $(LIB)/libwis.*
-	OBJCOPY='$(OBJCOPY)' scripts/localise.sh $(TARGET)/release/libwis.a $(LIB)/libwis.a
-	$(OBJCOPY) --strip-all $(TARGET)/release/libwis.so $(LIB)/libwis.so.$(VERSION)
-	ln -sf libwis.so.$(VERSION) $(LIB)/libwis.so.$(ABI)
-	ln -sf libwis.so.$(ABI) $(LIB)/libwis.so
+	OBJCOPY='$(OBJCOPY)' scripts/library.sh $(TARGET)/release $(LIB) $(VERSION) $(ABI)
+
+print-abi:
+	@echo $(ABI)
 
 header: ## write the C headers in include/ from the Rust sources
 	$(CARGO) run --quiet --package xtask -- header
 
 install: lib ## install libraries, headers, licences, pkg-config file and CMake package: PREFIX=/usr/local DESTDIR=
+	$(MAKE) --no-print-directory install-files
+
+install-files:
 	install -d $(ROOT)/include $(ROOT)/lib/pkgconfig $(ROOT)/lib/cmake/wis $(ROOT)/share/licenses/wis
 	install -m 644 include/wis.h include/wis.hpp $(addprefix include/wis_,$(addsuffix .h,$(FEATURES))) $(ROOT)/include
 	$(if $(and $(filter lights,$(FEATURES)),$(filter wavelets,$(FEATURES))),install -m 644 include/wis_wavelets.hpp $(ROOT)/include)
-	cp -P $(LIB)/libwis.* $(ROOT)/lib
+	cp -P $(LIB)/*wis.* $(ROOT)/lib
 	install -m 644 LICENSE-MIT LICENSE-APACHE $(ROOT)/share/licenses/wis
 	cp -R packaging/licences/* $(ROOT)/share/licenses/wis
 	$(FILL_IN) packaging/wis.pc.in > $(ROOT)/lib/pkgconfig/wis.pc
@@ -199,13 +203,15 @@ test-slow: ## what takes longer than a push may: mutants, real renderers, bits o
 	$(MAKE) test-report
 	$(MAKE) test-web
 
-dist: lib ## pack libraries, headers, licences and pages into build/wis-VERSION-PLATFORM.tar.gz: no Rust is needed to use it
-	scripts/dist.sh $(BUILD)
+dist: lib ## pack libraries, headers, licences and pages into build/wis-VERSION-PLATFORM.tar.gz, and build clients of them without Rust: PLATFORMS=native
+	set -e; for platform in $(PLATFORMS); do scripts/dist.sh $(BUILD) $$platform; done
 
-wheel: ## build the Python package, wis-direct, into build/wheels
-	rm -rf $(BUILD)/wheels build/python
-	python3 -m pip wheel --quiet --no-deps --wheel-dir $(BUILD)/wheels ./python
-	@du -b $(BUILD)/wheels/*.whl
+wheel: ## build the Python package, wis-direct, into build/wheels: a source distribution, and a wheel made from it
+	rm -rf $(BUILD)/wheels
+	python3 -m venv $(BUILD)/wheel-venv
+	$(BUILD)/wheel-venv/bin/pip install --quiet build
+	$(BUILD)/wheel-venv/bin/python -m build --outdir $(BUILD)/wheels python > $(BUILD)/wheels.log
+	@du -b $(BUILD)/wheels/*
 
 docs: ## write the reference of the C headers as HTML to build/docs/html
 	scripts/setup.sh docs

@@ -14,12 +14,12 @@ export PKG_CONFIG_PATH="$prefix/lib/pkgconfig"
 make --no-print-directory -C c-examples/consumers/pkgconfig OUT="$out/pkgconfig"
 LD_LIBRARY_PATH="$prefix/lib" "$out/pkgconfig/check"
 
-# The command lines of README.md and docs/integrating.md, as they are printed.
+# The command lines of README.md and docs/linking.md, as they are printed.
 mkdir -p "$out/printed"
 cp c-examples/minimal.c "$out/printed/main.c"
 cp c-examples/direct.h "$out/printed"
-grep -h -o '`cc main\.c [^`]*`' README.md docs/integrating.md | tr -d '`' | sort -u > "$out/printed/lines"
-[ "$(wc -l < "$out/printed/lines")" = 2 ]
+grep -h -o '`cc main\.c [^`]*`' README.md docs/linking.md | tr -d '`' | sort -u > "$out/printed/lines"
+[ "$(wc -l < "$out/printed/lines")" = 3 ]
 while read -r line; do
     echo "$line"
     (cd "$out/printed" && rm -f main && env -u PKG_CONFIG_PATH PREFIX="$prefix" sh -c "$line && ./main")

@@ -1,6 +1,6 @@
 #!/bin/sh
 # Installs the Debian packages that a target needs and that are missing:
-# setup.sh demo | gallery | test | browser | renderers | web | docs | coverage | guided | bits
+# setup.sh demo | gallery | test | browser | renderers | core | web | dist | docs | coverage | guided | bits
 set -eu
 
 # Each line: the package, and a command or a pattern of files that shows it is there.
@@ -35,11 +35,24 @@ renderers_needs="
 libllvm19     /usr/lib/x86_64-linux-gnu/libLLVM.so.19*
 python3-venv  /usr/lib/python3*/ensurepip/__init__.py
 "
+core_needs="
+rust-web-src  /usr/src/rustc-*/library/core/src/lib.rs
+rustc-web     /usr/bin/rustc
+"
 web_needs="
 lld           wasm-ld
 python3       python3
-rust-web-src  /usr/src/rustc-*/library/core/src/lib.rs
-rustc-web     /usr/bin/rustc
+"
+dist_needs="
+cmake                       cmake
+g++-aarch64-linux-gnu       aarch64-linux-gnu-g++
+g++-mingw-w64-x86-64-win32  x86_64-w64-mingw32-g++
+libc6-dev-arm64-cross       /usr/aarch64-linux-gnu/lib/libc.a
+lld                         ld64.lld-14
+llvm-14                     llvm-nm-14
+pkg-config                  pkg-config
+qemu-user                   qemu-aarch64
+wine64                      /usr/lib/wine/wine64
 "
 docs_needs="
 doxygen       doxygen
@@ -64,12 +77,14 @@ case "${1:-}" in
     test) needs=$test_needs ;;
     browser) needs=$browser_needs ;;
     renderers) needs=$renderers_needs ;;
+    core) needs=$core_needs ;;
     web) needs=$web_needs ;;
+    dist) needs=$dist_needs ;;
     docs) needs=$docs_needs ;;
     coverage) needs=$coverage_needs ;;
     guided) needs=$guided_needs ;;
     bits) needs=$bits_needs ;;
-    *) echo "usage: $0 demo | gallery | test | browser | renderers | web | docs | coverage | guided | bits" >&2; exit 2 ;;
+    *) echo "usage: $0 demo | gallery | test | browser | renderers | core | web | dist | docs | coverage | guided | bits" >&2; exit 2 ;;
 esac
 
 # Prints the packages whose command or file is absent.

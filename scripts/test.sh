@@ -166,7 +166,7 @@ library() {
     step hosts scripts/check-hosts.sh "$installed" "$logs/hosts"
     step integrating scripts/check-integrating.sh "$logs/integrating"
     step abi scripts/check-abi.sh
-    step dist scripts/dist.sh "$build" --check
+    step dist scripts/dist.sh "$build"
     step python scripts/test-python.sh "$build" "$installed"
     step instruments test_instruments
     step fuzz scripts/fuzz.sh "$installed/lib" 0.5 1

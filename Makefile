@@ -195,10 +195,11 @@ test-web: web lib ## open the browser's page without a window, at two widths: sc
 	$(BUILD)/twenty > $(BUILD)/twenty.txt
 	web/test.py $(BUILD)/web/index.html $(BUILD)/twenty.txt $(BUILD)/test-web
 
-test-slow: ## what takes longer than a push may: mutants, real renderers, bits on other platforms, the report and the page in a browser
+test-slow: ## what takes longer than a push may: mutants, real renderers, bits and archives of other platforms, the report and the page in a browser
 	$(MAKE) mutants
 	$(MAKE) test-renderers QUICK=1
 	$(MAKE) check-bits ALL=1
+	$(MAKE) dist
 	[ -f report/index.html ] || $(MAKE) report QUICK=1
 	$(MAKE) test-report
 	$(MAKE) test-web

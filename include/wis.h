@@ -129,8 +129,7 @@ uint32_t wis_version(void);
 /// WIS_ALIGNMENT), saved and mapped. Constant once built, but for wis_environment_turn; any number of threads may use it at once.
 typedef struct wis_environment wis_environment;
 
-/// Gives row `y` in the format of the configuration. The bytes must stay as they are until the next call on the same thread. Null:
-/// WIS_CALLBACK_FAILED.
+/// Gives row `y` in the format of the configuration. The bytes must stay until the next call on the same thread. Null: WIS_CALLBACK_FAILED.
 typedef const void *(*wis_row_fn)(void *user, uint32_t y);
 
 /// The map, and what to build from it.
@@ -211,8 +210,8 @@ enum wis_status wis_environment_describe(const struct wis_environment *environme
 
 /// Turns an environment in place; nothing is rebuilt. `memory`: the environment, which no other thread may use meanwhile. `world_from_map`:
 /// replaces the former one; a row-major 3x3 rotation or reflection, world = M map, within 1e-4; null is the identity. `environment`
-/// receives the handle. The content id changes: products that were prepared before answer WIS_MISMATCH. A call that fails changes nothing.
-/// Costs less than 0.1 us. Work: constant.
+/// receives the handle. The content id changes: earlier products answer WIS_MISMATCH. A call that fails changes nothing. Costs less than
+/// 0.1 us. Work: constant.
 enum wis_status wis_environment_turn(void *memory, size_t bytes, const float world_from_map[9], const struct wis_environment **environment,
     struct wis_diagnostic *diagnostic);
 /** @} */
@@ -346,16 +345,14 @@ typedef struct wis_ray {
 enum wis_status wis_base(const struct wis_environment *environment, const float radiance[3], float *base);
 
 /// The rays to trace at a hit, each with a weight. For each, evaluate your BRDF, radiance and visibility, and add `weight f(wo, wi) |cos|
-/// L(wi) V(wi)`. The sum is an unbiased estimate of the reflected light, for any BRDF and radiance that vanish outside the point's
-/// hemisphere and where the built light is 0.
+/// L(wi) V(wi)`. The sum is unbiased for any BRDF and radiance that vanish outside the point's hemisphere and where the built light is 0.
 ///
 /// `rays`: at most as many as the sampler was made for (WIS_INVALID_ARGUMENT). `ray_count`: how many there are, 0 (no light) to `rays`.
 /// Rays are picked among candidates, half from the light and half from the lobes: 16 (all lobes diffuse) or 32 for one ray, 16 for each of
 /// several, 8 beyond 16 rays; twice as many for lobes below 0.15, 2048 in all at the most.
 ///
 /// Portals of the point add 8 candidates for each ray, at least 16. WIS_INVALID_ARGUMENT for one that is not finite or has no right angle:
-/// `y` of the fault (wis_sampler_fault) is its number. If all are left out, rays are those without portals; none with
-/// WIS_POINT_PORTALS_COMPLETE.
+/// `y` of the fault is its number. If all are left out, rays are those without portals; none with WIS_POINT_PORTALS_COMPLETE.
 ///
 /// With `hits_per_pixel` of 16 and more, first hits (`bounce` 0) whose lobes are all of 0.2 or wider draw from at most four products that
 /// hits of the pixel share; others, and hits with portals, have candidates. So have hits with WIS_POINT_COMPENSATED but under a light with

@@ -1,15 +1,13 @@
 #!/bin/sh
 # Builds the C library for a processor without an operating system (ARM Cortex-M4F) and links all of it without anything else:
-# check-thumb.sh OUTPUT_FOLDER. Installs the target's core library with rustup if it is not there.
+# check-thumb.sh OUTPUT_FOLDER
 set -eu
 cd "$(dirname "$0")/.."
 mkdir -p "$1"
 program=$1/thumb
 target=thumbv7em-none-eabihf
-[ -d "$(rustc --print target-libdir --target $target)" ] || rustup target add $target || {
-    echo "check-thumb: no core library for $target, and no rustup to get it" >&2
-    exit 1
-}
+compiler=$(scripts/core.sh $target)
+eval "$compiler"
 folder=${CARGO_TARGET_DIR:-target}/thumb
 cargo build --quiet --release --package wis-capi --target $target --target-dir "$folder"
 linker=$(rustc --print sysroot)/lib/rustlib/$(rustc -vV | sed -n 's/^host: //p')/bin/rust-lld

@@ -35,7 +35,7 @@ if [ ! -e "$libraries/done" ]; then
     mkdir -p "$libraries"
     library core core
     # With memcpy and its like where no system has them.
-    case $target in wasm*) mem="--cfg feature=\"mem\"" ;; *) mem="" ;; esac
+    case $target in wasm* | *-none-*) mem="--cfg feature=\"mem\"" ;; *) mem="" ;; esac
     # shellcheck disable=SC2086
     library compiler_builtins compiler-builtins/compiler-builtins --cfg 'feature="compiler-builtins"' $mem
     library alloc alloc

@@ -29,7 +29,7 @@ pub unsafe extern "C" fn wis_base(
 }
 
 /// The rays to trace at a hit, each with a weight. For each, evaluate your BRDF, radiance and visibility, and add `weight f(wo, wi) |cos|
-/// L(wi) V(wi)`. The sum is an unbiased estimate of the reflected light, for any BRDF and radiance that vanish outside the point's
+/// L(wi) V(wi)`. The sum is unbiased for any BRDF and radiance that vanish outside the point's
 /// hemisphere and where the built light is 0.
 ///
 /// `rays`: at most as many as the sampler was made for (WIS_INVALID_ARGUMENT). `ray_count`: how many there are, 0 (no light) to `rays`.
@@ -37,7 +37,7 @@ pub unsafe extern "C" fn wis_base(
 /// of several, 8 beyond 16 rays; twice as many for lobes below 0.15, 2048 in all at the most.
 ///
 /// Portals of the point add 8 candidates for each ray, at least 16. WIS_INVALID_ARGUMENT for one that is not finite or has no right
-/// angle: `y` of the fault (wis_sampler_fault) is its number. If all are left out, rays are those without portals; none with
+/// angle: `y` of the fault is its number. If all are left out, rays are those without portals; none with
 /// WIS_POINT_PORTALS_COMPLETE.
 ///
 /// With `hits_per_pixel` of 16 and more, first hits (`bounce` 0) whose lobes are all of 0.2 or wider draw from at most four products that

@@ -226,8 +226,7 @@ pub unsafe extern "C" fn wis_environment_describe(
 
 /// Turns an environment in place; nothing is rebuilt. `memory`: the environment, which no other thread may use meanwhile.
 /// `world_from_map`: replaces the former one; a row-major 3x3 rotation or reflection, world = M map, within 1e-4; null is the
-/// identity. `environment` receives the handle. The content id changes: products that were prepared before answer
-/// WIS_MISMATCH. A call that fails changes nothing. Costs less than 0.1 us. Work: constant.
+/// identity. `environment` receives the handle. The content id changes: earlier products answer WIS_MISMATCH. A call that fails changes nothing. Costs less than 0.1 us. Work: constant.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; nobody else uses the memory.

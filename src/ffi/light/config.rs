@@ -65,7 +65,7 @@ pub fn layout_of(number: u32) -> Result<Layout, Error> {
     }
 }
 
-/// Gives row `y` in the format of the configuration. The bytes must stay as they are until the next call on the same
+/// Gives row `y` in the format of the configuration. The bytes must stay until the next call on the same
 /// thread. Null: WIS_CALLBACK_FAILED.
 pub type RowFn = Option<unsafe extern "C" fn(user: *mut c_void, y: u32) -> *const c_void>;
 

@@ -15,7 +15,7 @@ use wis::ffi::pool::{Candidates, wis_pool_pick};
 use wis::ffi::wavelets::tree::{TreeConfig, WIS_TREE_ENVIRONMENT};
 use wis::pool::Pick;
 use wis::status::Status;
-use wis::wavelets::{haar, inner, warp};
+use wis::wavelets::{inner, warp};
 use wis::{Block, Map};
 
 /// Batches of samples, as renderers ask for them.
@@ -49,10 +49,6 @@ fn trees(criterion: &mut Criterion) {
     let [e, f] = [0, 1].map(|_| random.image(1 << (2 * DEPTH)));
     let mut group = criterion.benchmark_group("tree of 512 x 512");
     group.sample_size(20);
-    let mut values: Vec<f64> = e.iter().map(|&x| f64::from(x)).collect();
-    group.bench_function("haar forward", |bencher| {
-        bencher.iter(|| haar::forward_any(2, DEPTH, &mut values));
-    });
     let [e, f] = [e, f].map(|pixels| Stored::<4>::complete::<2>(DEPTH, &pixels).pruned(0.01).0);
     group.bench_function("product integral", |bencher| bencher.iter(|| inner::integral(&e.tree(), &f.tree())));
     let points = points();

@@ -1,4 +1,4 @@
-//! Tripling coefficients and triple product integrals against the vectors, enumeration and sums over pixels.
+//! Triple product integrals against the vectors and sums over pixels.
 
 use crate::stored::{Random, Stored, vectors};
 use wis::numeric::exp2i;
@@ -7,81 +7,9 @@ use wis::wavelets::approximate;
 use wis::wavelets::morton;
 use wis::wavelets::tree::Tree;
 use wis::wavelets::triple::{self, Scaled, Wavelets};
-use wis::wavelets::tripling::{BasisFunction, Function, Value, coupling, generalised, nonzero_triples, tripling};
 
 fn integers(row: &serde_json::Value) -> Vec<i64> {
     row.as_array().unwrap().iter().map(|x| x.as_i64().unwrap()).collect()
-}
-
-fn expected(row: &[i64]) -> Value {
-    let [sign, exponent] = row[row.len() - 2..] else { panic!() };
-    Value { sign: sign as i32, exponent: exponent as i32 }
-}
-
-fn assert_value(value: Value, expected: Value, context: &impl std::fmt::Debug) {
-    assert_eq!(value.sign, expected.sign, "{context:?}");
-    assert!(value.sign == 0 || value.exponent == expected.exponent, "{context:?}: {value:?}");
-}
-
-#[test]
-fn coefficients_of_one_variable_are_those_of_the_vectors() {
-    let file = vectors("tripling_1d.json");
-    let function = |v: &[i64]| Function { level: v[0] as u32, translation: v[1] as u32, wavelet: v[2] == 1 };
-    for row in file["tripling"].as_array().unwrap().iter().map(integers) {
-        assert_value(tripling([0, 3, 6].map(|at| function(&row[at..]))), expected(&row), &row);
-    }
-    for row in file["coupling"].as_array().unwrap().iter().map(integers) {
-        assert_value(coupling([0, 3].map(|at| function(&row[at..]))), expected(&row), &row);
-    }
-}
-
-fn basis(v: &[i64], dimensions: usize) -> BasisFunction {
-    let mut translation = [0; 4];
-    translation.iter_mut().zip(&v[1..1 + dimensions]).for_each(|(t, v)| *t = *v as u32);
-    BasisFunction { level: v[0] as u32, translation, wavelet: v[1 + dimensions] as u32 }
-}
-
-#[test]
-fn generalised_coefficients_are_those_of_the_vectors() {
-    for case in vectors("tripling_nd.json")["cases"].as_array().unwrap() {
-        let (n, m) = (case["n"].as_u64().unwrap() as usize, case["m"].as_u64().unwrap() as usize);
-        for row in case["rows"].as_array().unwrap().iter().map(integers) {
-            let (i, j) = (basis(&row, n), basis(&row[n + 2..], n));
-            let k = basis(&row[2 * (n + 2)..], m);
-            assert!(i.is_valid(n) && j.is_valid(n) && k.is_valid(m));
-            assert_value(generalised(n, m, [&i, &j, &k]), expected(&row), &row);
-        }
-    }
-}
-
-/// All basis functions of a square of 2^depth pixels along each axis.
-fn all_functions(depth: u32) -> Vec<BasisFunction> {
-    let mut all = vec![BasisFunction::default()];
-    for level in 0..depth {
-        for (i, j) in (0..1u32 << level).flat_map(|i| (0..1u32 << level).map(move |j| (i, j))) {
-            all.extend((1..4).map(|wavelet| BasisFunction { level, translation: [i, j, 0, 0], wavelet }));
-        }
-    }
-    all
-}
-
-/// The number of coefficients that are not 0, by enumeration: not the paper's.
-#[test]
-fn nonzero_coefficients_are_counted() {
-    let file = vectors("triple.json");
-    for row in file["nonzero_counts"].as_array().unwrap() {
-        let depth = row["L"].as_u64().unwrap() as u32;
-        assert_eq!(nonzero_triples(depth), row["ordered"].as_u64().unwrap());
-        if depth > 3 {
-            continue;
-        }
-        let all = all_functions(depth);
-        let mut count = 0;
-        for (i, j) in all.iter().flat_map(|i| all.iter().map(move |j| (i, j))) {
-            count += all.iter().filter(|k| generalised(2, 2, [i, j, k]).sign != 0).count() as u64;
-        }
-        assert_eq!(count, nonzero_triples(depth));
-    }
 }
 
 fn doubles(value: &serde_json::Value) -> Vec<f64> {
@@ -108,7 +36,7 @@ fn kept(stored: &Stored<4>, rows: &serde_json::Value) -> Vec<Wavelets> {
         for bit in (0..level as u32).rev() {
             square = tree.child_square(square, code >> (2 * bit) & 3).unwrap();
         }
-        let details = wis::wavelets::haar::analyse(tree.children(square).map(f64::from));
+        let details = triple::analyse(tree.children(square).map(f64::from));
         let same = list.iter_mut().find(|w| (w.position, w.level) == (position, level as u32));
         let value = (details[f as usize] * unit(stored)) as f32;
         match same {
@@ -146,7 +74,6 @@ fn integrals_are_those_of_the_vectors() {
         let integral = case["integral"].as_f64().unwrap();
         // Pixels are rounded to f32.
         close(triple::integral(trees) * scale, integral, 1e-6, "linear");
-        close(triple::direct(trees) * scale, integral, 1e-6, "direct");
         let (few, bright) = (kept(&brdf, &case["keep_brdf"]), kept(&light, &case["keep_light"]));
         let all = select_all(&light);
         let exact = case["brdf_only"].as_f64().unwrap();
@@ -206,7 +133,6 @@ fn algorithms_agree_with_the_pixels() {
             assert!((value - expected).abs() <= tolerance * averages, "{context}, {depth}: {value} {expected}");
         };
         close(triple::integral(views) * scale, truth, 1e-6, "linear");
-        close(triple::direct(views) * scale, truth, 1e-6, "direct");
         let (brdf, light) = (select_all(&trees[0]), select_all(&trees[1]));
         // Stored averages of large squares are rounded to f32.
         close(sublinear(&trees[0], &brdf, &trees[1], &light, &trees[2]), truth, 2e-6, "nothing dropped");
@@ -219,7 +145,6 @@ fn algorithms_agree_with_the_pixels() {
         let sum: f64 = (0..flat[0].len()).map(|i| flat[0][i] * flat[1][i] * flat[2][i]).sum();
         let views: [&Tree<4>; 3] = [&pruned[0].tree(), &pruned[1].tree(), &pruned[2].tree()];
         close(triple::integral(views) * scale, sum / flat[0].len() as f64, 1e-6, "pruned");
-        close(triple::direct(views) * scale, sum / flat[0].len() as f64, 1e-6, "pruned, direct");
     }
 }
 
@@ -376,4 +301,9 @@ impl std::ops::Mul for Counted {
 fn operations_of_a_square_are_counted() {
     triple::meet([Counted; 4], [Counted; 4], [Counted; 4]);
     assert_eq!(OPERATIONS.get(), [21, 14]);
+}
+
+#[test]
+fn details_of_a_square_are_signed_means() {
+    assert_eq!(triple::analyse([3.0, 0.0, 5.0, 8.0]), [4.0, 0.0, -2.5, 1.5]);
 }

@@ -1,7 +1,6 @@
 //! Trees, rotated maps, tables and integrals (wis_wavelets.h), and strata (wis_lights.h).
 
 mod combine;
-mod haar;
 mod hard;
 mod inner;
 mod ranges;

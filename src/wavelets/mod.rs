@@ -1,14 +1,13 @@
 //! Wavelet importance sampling (Clarberg et al. 2005) and triple product wavelet integrals (Ng et al. 2004).
 //!
 //! Functions as fixed-depth sparse trees, rotated maps, tables of BRDFs, products of trees, the in-place kD warp, and products and
-//! integrals of any sets of wavelets. A file imports only what stands before it in this list: `morton`, `haar`, `tree`, `image`,
-//! `prune`, `split`, `warp`, `inner`, `stored`, `pruned`, `combine`, `table`, `tripling`, `triple`, `sparse`, `approximate`,
-//! `visibility`, `grid`, `rotated`.
+//! integrals of any sets of wavelets. A file imports only what stands before it in this list: `morton`, `tree`, `image`,
+//! `prune`, `split`, `warp`, `inner`, `stored`, `pruned`, `combine`, `table`, `triple`, `sparse`, `approximate`, `visibility`, `grid`,
+//! `rotated`.
 
 pub mod approximate;
 pub mod combine;
 pub mod grid;
-pub mod haar;
 pub mod image;
 pub mod inner;
 pub mod morton;
@@ -21,6 +20,5 @@ pub mod stored;
 pub mod table;
 pub mod tree;
 pub mod triple;
-pub mod tripling;
 pub mod visibility;
 pub mod warp;

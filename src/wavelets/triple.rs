@@ -4,14 +4,12 @@
 //! meet in three ways: all three differ (the signs multiply to 1), or two are equal and the third function is constant on
 //! the square, where it has the average that the paper calls a parent sum. In value space (coefficients times 2^level)
 //! there are no other factors than the area of the square. Averages are what our trees store, so parent sums cost
-//! nothing; [`direct`] adds them up from the ancestors' wavelets as the paper's first algorithm does. [`integral`] visits
-//! the squares of the paper's linear algorithm, but sums products of averages where no two functions vary any more: the
-//! sum of what wavelets add cancels, and may be below 0 where the product is 0 everywhere.
+//! nothing. [`integral`] visits the squares of the paper's linear algorithm, but sums products of averages where no two
+//! functions vary any more: the sum of what wavelets add cancels, and may be below 0 where the product is 0 everywhere.
 
 use crate::numeric::{inverse_power, is_float};
 use crate::status::{Result, Status};
 use crate::wavelets::combine::WIS_MAX_BLEND;
-use crate::wavelets::haar::analyse;
 use crate::wavelets::morton::MAX_DEPTH;
 use crate::wavelets::tree::Tree;
 use core::ops::{Add, Mul};
@@ -90,6 +88,13 @@ pub(crate) fn first_fault<T, K: PartialOrd>(
 /// A function on a square: its average and its details.
 type Square = [f64; 4];
 
+/// That function from the averages of the children: detail f is the mean of (-1)^popcount(f & c) times the average of child c.
+#[inline]
+pub fn analyse([a, b, c, d]: [f64; 4]) -> Square {
+    let (low, high) = ([a + b, a - b], [c + d, c - d]);
+    [low[0] + high[0], low[1] + high[1], low[0] - high[0], low[1] - high[1]].map(|sum| sum / 4.0)
+}
+
 /// What the wavelets of a square add to the integral of three functions, each its average and its details, but for the
 /// square's area: one product for each order of three different ones, and for each wavelet that two functions share the
 /// average of the third. 21 multiplications and 14 additions; the paper's form has 34 and 24. Generic, so that a test can
@@ -118,18 +123,6 @@ impl Visit {
     fn root(trees: [&Tree<4>; 3]) -> Visit {
         let averages = trees.map(|tree| f64::from(tree.average()));
         Visit { squares: trees.map(|tree| tree.root_square()), averages, level: 0 }
-    }
-
-    /// The functions on the square; where a tree has ended its function is constant.
-    fn functions(&self, trees: [&Tree<4>; 3]) -> [Square; 3] {
-        let mut functions = [[0.0; 4]; 3];
-        for (k, function) in functions.iter_mut().enumerate() {
-            *function = match self.squares[k] {
-                Some(square) => analyse(trees[k].children(square).map(f64::from)),
-                None => [self.averages[k], 0.0, 0.0, 0.0],
-            };
-        }
-        functions
     }
 
     fn child(&self, trees: [&Tree<4>; 3], c: u32) -> Visit {
@@ -176,45 +169,6 @@ pub fn integral(trees: [&Tree<4>; 3]) -> f64 {
         }
         count = count.wrapping_sub(1);
         next = waiting.get(count).copied();
-    }
-    sum
-}
-
-/// As [`integral`], with averages summed up from the ancestors' wavelets at every square: the paper's N log N algorithm.
-pub fn direct(trees: [&Tree<4>; 3]) -> f64 {
-    let root = Visit::root(trees);
-    let averages = root.averages;
-    let mut sum = averages[0] * averages[1] * averages[2];
-    // The functions and the child taken at each level of the path.
-    let mut path = [([[0.0; 4]; 3], 0u32); MAX_DEPTH as usize];
-    let mut open = [(Visit::default(), 0u32); WAITING];
-    let mut count = 0usize;
-    if root.is_shared() {
-        (open[0], count) = ((root, 0), 1);
-    }
-    while let Some(&(visit, own)) = count.checked_sub(1).and_then(|top| open.get(top)) {
-        count -= 1;
-        if let Some(slot) = (visit.level as usize).checked_sub(1).and_then(|above| path.get_mut(above)) {
-            slot.1 = own;
-        }
-        let mut here = visit.functions(trees);
-        for (k, function) in here.iter_mut().enumerate() {
-            let above = path.iter().take(visit.level as usize);
-            function[0] = above.fold(averages[k], |sum, (squares, c)| sum + value(squares[k], *c) - squares[k][0]);
-        }
-        sum += area(visit.level) * meet(here[0], here[1], here[2]);
-        if let Some(slot) = path.get_mut(visit.level as usize) {
-            slot.0 = here;
-        }
-        for c in (0..4).rev() {
-            let child = visit.child(trees, c);
-            if child.is_shared() {
-                if let Some(slot) = open.get_mut(count) {
-                    *slot = (child, c);
-                    count += 1;
-                }
-            }
-        }
     }
     sum
 }

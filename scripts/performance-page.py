@@ -5,7 +5,7 @@
 line begins; +N after the column N cells further right. Rows and columns may have several names, separated by " // ".
 {FILE says TEXT} is the text, which the file must have. {commit of PAGE} is that of the run that wrote the page, {version of PAGE} the version of wis there.
 {instructions of CALL} and {earlier of CALL} are those on record in scripts/check-instructions.sh, of this version and the one before.
-{claims of PAGE} are the rows of a paper's claims, {holding of PAGE ...} how many of how many hold. What is behind a line "=== NAME" goes between the marks of that name in README.md. What a page no longer has fails the script.
+{claims of PAGE} are the rows of a paper's claims, {holding of PAGE ...} how many of how many hold, {N VERDICT of PAGE ...} how many have another verdict. What is behind a line "=== NAME" goes between the marks of that name in README.md. What a page no longer has fails the script.
 """
 import os
 import re
@@ -72,7 +72,7 @@ def instructions(call, column):
 
 
 def claims(page):
-    """Of each claim: the claim, what the paper says, what was measured, the verdict."""
+    """Of each claim: the claim, what the paper says, what was measured, the verdict, and the cause if it does not hold."""
     rows, is_claim = [], False
     for line in read(path_of(page)).splitlines():
         cells = [text.replace("**", "").strip() for text in line.strip("|").split("|")]
@@ -81,14 +81,14 @@ def claims(page):
         elif not line.startswith("|"):
             is_claim = False
         elif is_claim and not line.startswith("|---"):
-            rows.append(cells[:4])
+            rows.append(cells[:5])
     if not rows:
         faults.append(f"{path_of(page)} has no claims")
     return rows
 
 
 def rows_of(page):
-    return "\n".join("| " + " | ".join([page[-4:], *row]) + " |" for row in claims(page))
+    return "\n".join("| " + " | ".join([page[-4:], *row[:3], ": ".join(row[3:])]) + " |" for row in claims(page))
 
 
 def holding(pages):
@@ -96,9 +96,14 @@ def holding(pages):
     return f"{sum(row[3] == 'holds' for row in rows)} of {len(rows)}"
 
 
+def judged(verdict, pages):
+    return str(sum(row[3] == verdict for page in pages.split() for row in claims(page)))
+
+
 def fill(text):
     text = re.sub(r"\{claims of ([^{}]*)\}", lambda m: rows_of(m.group(1)), text)
     text = re.sub(r"\{holding of ([^{}]*)\}", lambda m: holding(m.group(1)), text)
+    text = re.sub(r"\{N ([^{}]*?) of ([^{}]*)\}", lambda m: judged(*m.groups()), text)
     text = re.sub(r"\{instructions of ([^{}]*)\}", lambda m: instructions(m.group(1), 2), text)
     text = re.sub(r"\{earlier of ([^{}]*)\}", lambda m: instructions(m.group(1), 3), text)
     text = re.sub(r"\{commit of ([^{}]*)\}", lambda m: commit(m.group(1)), text)

@@ -87,7 +87,7 @@ impl Sheet {
 
     /// Draws a picture, scaled to a mean of .4 and gamma-corrected.
     pub fn picture(&mut self, at: [u32; 2], scene: &Scene, picture: &[[f32; 3]], name: &str) {
-        let tone = |value: f32| (0.4 * f64::from(value) / self.mean).min(1.0).powf(1.0 / 2.2);
+        let tone = |value: f32| displayed(f64::from(value) / self.mean);
         let colours: Vec<[f64; 3]> = picture.iter().map(|rgb| rgb.map(tone)).collect();
         self.panel(at, scene, &colours, name);
     }
@@ -102,10 +102,18 @@ impl Sheet {
         let origin = self.corner(at);
         let pixels = (0..self.panel[1]).flat_map(|y| (0..self.panel[0]).map(move |x| [x, y]));
         pixels.for_each(|[x, y]| self.image.put_pixel(origin[0] + x, origin[1] + y, Rgb([24; 3])));
+        // Points of every other column and row fill the pixels beside them.
+        let is_sparse = scene.points.iter().all(|point| point.pixel.iter().all(|c| c % 2 == 0));
+        let block = if is_sparse { 2 } else { 1 };
         for (point, colour) in scene.points.iter().zip(colours) {
             // Five bits: noise below is not seen and would double the file.
             let byte = |c: f64| ((c * 31.0).round() * 255.0 / 31.0) as u8;
-            self.image.put_pixel(origin[0] + point.pixel[0], origin[1] + point.pixel[1], Rgb(colour.map(byte)));
+            for (dx, dy) in (0..block).flat_map(|dy| (0..block).map(move |dx| (dx, dy))) {
+                let [x, y] = [point.pixel[0] + dx, point.pixel[1] + dy];
+                if x < self.panel[0] && y < self.panel[1] {
+                    self.image.put_pixel(origin[0] + x, origin[1] + y, Rgb(colour.map(byte)));
+                }
+            }
         }
         self.label(at, name);
     }
@@ -151,6 +159,18 @@ impl Sheet {
         self.image.write_with_encoder(encoder)?;
         Ok(out)
     }
+}
+
+/// What is displayed of a value over the mean of its picture, 0 to 1.
+fn displayed(value: f64) -> f64 {
+    (0.4 * value.max(0.0)).min(1.0).powf(1.0 / 2.2)
+}
+
+/// The root mean squared difference of two pictures as they are displayed, of white.
+pub fn displayed_difference(exact: &[f64], picture: &[f64]) -> f64 {
+    let mean = exact.iter().sum::<f64>() / exact.len() as f64;
+    let squares = exact.iter().zip(picture).map(|(a, b)| (displayed(a / mean) - displayed(b / mean)).powi(2));
+    (squares.sum::<f64>() / exact.len() as f64).sqrt()
 }
 
 /// The colour of a number from 0 to 1: from black over violet and orange to light yellow.

@@ -136,17 +136,29 @@ struct Claim {
 #[derive(Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Verdict {
     Holds,
+    /// For a cause of ours.
     Fails,
-    /// Nothing that was measured gets to where the claim could be judged.
-    NotReached,
+    /// The cause is shown by an experiment that isolates it, and is the claim's own.
+    Refuted,
+    /// What decides about the claim is not at hand: the cause tells what.
+    Untested,
 }
 
+/// The root mean squared difference of displayed values, of white, from which on two pictures look different: five of 255 levels.
+pub const VISIBLE: f64 = 0.02;
+
 impl Verdict {
+    /// Holds, or else this.
+    pub fn unless(self, holds: bool) -> Verdict {
+        if holds { Verdict::Holds } else { self }
+    }
+
     fn name(self) -> &'static str {
         match self {
             Verdict::Holds => "holds",
             Verdict::Fails => "**does not hold**",
-            Verdict::NotReached => "**not reached**",
+            Verdict::Refuted => "**refuted**",
+            Verdict::Untested => "**not tested as in the paper**",
         }
     }
 }
@@ -168,7 +180,7 @@ impl Claims {
         self.0.push(Claim { claim, paper, here, verdict: verdict.into(), cause });
     }
 
-    /// How many hold, those that do not or were not reached with their causes, then the others.
+    /// How many hold, those that do not with their causes, then the others.
     ///
     /// # Errors
     /// None: writing to a string does not fail.
@@ -177,7 +189,7 @@ impl Claims {
         let others = || self.0.iter().filter(|claim| !holds(claim));
         writeln!(out, "{} of the paper's {} claims hold.", self.0.iter().filter(holds).count(), self.0.len())?;
         if others().count() > 0 {
-            writeln!(out, "\nWhat does not hold or was not reached, and why:\n")?;
+            writeln!(out, "\nWhat does not hold, and why:\n")?;
             writeln!(out, "| claim | paper | measured | verdict | cause |\n|---|---|---|---|---|")?;
             for Claim { claim, paper, here, verdict, cause } in others() {
                 writeln!(out, "| {claim} | {paper} | {here} | {} | {cause} |", verdict.name())?;
@@ -200,10 +212,11 @@ mod tests {
         let (mut claims, mut out) = (Claims::default(), String::new());
         claims.add("a", "1", "2".into(), true, "c");
         claims.add("b", "3", "4".into(), false, "d");
-        claims.add("e", "5", "6".into(), Verdict::NotReached, "");
+        claims.add("e", "5", "6".into(), Verdict::Untested, "");
+        claims.add("g", "7", "8".into(), Verdict::Refuted.unless(true), "");
         claims.write(&mut out).unwrap();
-        assert!(out.starts_with("1 of the paper's 3 claims hold."));
+        assert!(out.starts_with("2 of the paper's 4 claims hold."));
         assert!(out.contains("| b | 3 | 4 | **does not hold** | d |") && out.contains("| a | 1 | 2 | holds |"));
-        assert!(out.contains("| e | 5 | 6 | **not reached** | not examined |"));
+        assert!(out.contains("| e | 5 | 6 | **not tested as in the paper** | not examined |"));
     }
 }

@@ -3,6 +3,7 @@
 
 use crate::client::{self, Block, Density, Tree, Turn, raw};
 use crate::environment::Environment;
+use crate::processor;
 use glam::{Mat3, Vec3};
 use std::f32::consts::PI;
 use std::sync::Mutex;
@@ -10,9 +11,10 @@ use std::sync::Mutex;
 /// The paper's smaller table: directions along an axis of the grid, and log2 of the pixels along an axis of a tree.
 const GRID: u32 = 64;
 const DEPTH: u32 = 6;
-/// The variance that pruning may add to a rotated map.
-const BUDGET: f32 = 0.001;
-/// Pixels of the map and of the BRDF are no darker than this share of their mean, so that the product's pdf is above 0.
+/// The variance that pruning may add to a tree of map or BRDF.
+const BUDGET: f32 = 0.01;
+/// Where samples are weighed by their pdf, pixels of the map and of the BRDF are no darker than this share of their mean, or the pdf could
+/// be 0.
 const FLOOR: f32 = 0.02;
 /// Places along an axis of a pixel over which a BRDF is averaged.
 const PLACES: u32 = 2;
@@ -27,13 +29,47 @@ pub fn frame(direction: Vec3) -> [f32; 9] {
 pub struct Rotations {
     /// The map.
     pub environment: Environment,
+    depth: u32,
+    floor: f32,
     trees: Vec<Mutex<Option<Tree>>>,
+    /// The places of a BRDF in the frame of a square, pixel row by pixel row.
+    places: Vec<Vec3>,
 }
 
 impl Rotations {
-    /// Of a map.
-    pub fn new(environment: Environment) -> Rotations {
-        Rotations { environment, trees: (0..GRID * GRID).map(|_| Mutex::default()).collect() }
+    /// Of a map, for samples that are weighed by their pdf.
+    ///
+    /// # Errors
+    /// Those of the library.
+    pub fn new(environment: Environment) -> client::Result<Rotations> {
+        Rotations::of(environment, DEPTH, FLOOR)
+    }
+
+    /// Of a map in squares of `2^depth` pixels along each axis, for the paper's estimate: the integral times the share of samples that is
+    /// seen.
+    ///
+    /// # Errors
+    /// Those of the library.
+    pub fn integrated(environment: Environment, depth: u32) -> client::Result<Rotations> {
+        Rotations::of(environment, depth, 0.0)
+    }
+
+    fn of(environment: Environment, depth: u32, floor: f32) -> client::Result<Rotations> {
+        let side = PLACES << depth;
+        let along = |k: u32| (k as f32 + 0.5) / side as f32;
+        let place = |i: u32| Ok(Vec3::from_array(client::square_direction([along(i / side), along(i % side)], None)?));
+        let places = (0..side * side).map(place).collect::<client::Result<_>>()?;
+        let trees = (0..GRID * GRID).map(|_| Mutex::default()).collect();
+        Ok(Rotations { environment, depth, floor, trees, places })
+    }
+
+    /// The map in a frame.
+    ///
+    /// # Errors
+    /// Those of the library.
+    pub fn turned(&self, world_from_tree: [f32; 9]) -> client::Result<Tree> {
+        let turn = Turn { depth: self.depth, error_budget: BUDGET, least: self.floor, world_from_tree };
+        Tree::of_environment(self.environment.handle(), &turn)
     }
 
     /// The product of the map and of BRDF x cosine, which `values` evaluates, about a direction.
@@ -47,34 +83,31 @@ impl Rotations {
         let frame = frame(Vec3::from_array(client::grid_direction(GRID, cell)?));
         let mut kept = self.trees[cell as usize].lock().expect("no thread panics");
         if kept.is_none() {
-            let turn = Turn { depth: DEPTH, error_budget: BUDGET, least: FLOOR, world_from_tree: frame };
-            *kept = Some(Tree::of_environment(self.environment.handle(), &turn)?);
+            *kept = Some(self.turned(frame)?);
         }
-        let brdf = slice(&frame, &mut values)?;
-        let tree = kept.as_ref().expect("made above").multiply(&brdf, None, &mut Block::new(0))?;
-        Ok(Product { tree, frame })
+        let brdf = self.slice(&frame, &mut values)?;
+        Product::new(kept.as_ref().expect("made above"), &brdf, frame)
     }
-}
 
-/// BRDF x cosine over the square of a frame.
-fn slice(frame: &[f32; 9], values: &mut impl FnMut(&[[f32; 3]], &mut [f32])) -> client::Result<Tree> {
-    let side = 1u32 << DEPTH;
-    let along = |k: u32| (k as f32 + 0.5) / (side * PLACES) as f32;
-    let mut pixels = vec![0.0f32; (side * side) as usize];
-    let (mut wi, mut out) = (vec![[0.0; 3]; (side * PLACES) as usize], vec![0.0; (side * PLACES) as usize]);
-    for row in 0..side * PLACES {
-        for (column, wi) in (0..).zip(&mut wi) {
-            *wi = client::square_direction([along(row), along(column)], Some(frame))?;
+    /// BRDF x cosine over the square of a frame.
+    fn slice(&self, frame: &[f32; 9], values: &mut impl FnMut(&[[f32; 3]], &mut [f32])) -> client::Result<Tree> {
+        let world_from_tree = Mat3::from_cols_array(frame).transpose();
+        let side = 1usize << self.depth;
+        let row = side * PLACES as usize;
+        let mut pixels = vec![0.0f32; side * side];
+        let (mut wi, mut out) = (vec![[0.0; 3]; row], vec![0.0; row]);
+        for (number, places) in self.places.chunks(row).enumerate() {
+            wi.iter_mut().zip(places).for_each(|(wi, place)| *wi = (world_from_tree * *place).to_array());
+            values(&wi, &mut out);
+            let pixels = &mut pixels[number / PLACES as usize * side..][..side];
+            for (pixel, out) in pixels.iter_mut().zip(out.chunks(PLACES as usize)) {
+                *pixel += out.iter().sum::<f32>() / (PLACES * PLACES) as f32;
+            }
         }
-        values(&wi, &mut out);
-        let pixels = &mut pixels[(row / PLACES * side) as usize..][..side as usize];
-        for (pixel, out) in pixels.iter_mut().zip(out.chunks(PLACES as usize)) {
-            *pixel += out.iter().sum::<f32>() / (PLACES * PLACES) as f32;
-        }
+        let least = self.floor * pixels.iter().sum::<f32>() / pixels.len() as f32;
+        pixels.iter_mut().for_each(|pixel| *pixel += least);
+        Tree::new(self.depth, BUDGET, &pixels)
     }
-    let least = FLOOR * pixels.iter().sum::<f32>() / pixels.len() as f32;
-    pixels.iter_mut().for_each(|pixel| *pixel += least);
-    Tree::new(DEPTH, 0.0, &pixels)
 }
 
 /// The product at a point as a density of directions.
@@ -82,6 +115,41 @@ pub struct Product {
     /// Over the square.
     pub tree: Tree,
     frame: [f32; 9],
+    /// The integral over all directions: what arrives if nothing is hidden.
+    pub integral: f64,
+    /// Processor seconds of the multiplication alone: map and BRDF are tables in the paper.
+    pub seconds: f64,
+}
+
+impl Product {
+    /// Of a map and a BRDF in one frame.
+    ///
+    /// # Errors
+    /// Those of the library.
+    pub fn new(map: &Tree, brdf: &Tree, frame: [f32; 9]) -> client::Result<Product> {
+        let mut scratch = Block::new(0);
+        let start = processor::seconds();
+        let tree = map.multiply(brdf, None, &mut scratch)?;
+        let seconds = processor::seconds() - start;
+        let integral = tree.info.average * 4.0 * std::f64::consts::PI;
+        Ok(Product { tree, frame, integral, seconds })
+    }
+
+    /// The directions of points, which the tree warps.
+    ///
+    /// # Errors
+    /// Those of the library.
+    pub fn warp(&self, u: &mut [[f32; 2]], wi: &mut Vec<Vec3>) -> client::Result<()> {
+        let mut index: Vec<u32> = (0..u.len() as u32).collect();
+        wi.clear();
+        if self.integral > 0.0 {
+            self.tree.warp(u, &mut index)?;
+            for point in u.iter() {
+                wi.push(Vec3::from_array(client::square_direction(*point, Some(&self.frame))?));
+            }
+        }
+        Ok(())
+    }
 }
 
 impl Density for Product {

@@ -26,6 +26,8 @@ pub struct Lights {
     tints: Vec<[f32; 3]>,
     directions: Vec<V8>,
     energy: Vec<F8>,
+    /// All lights, neighbours of the sphere one after the other.
+    along: Vec<u32>,
 }
 
 impl Lights {
@@ -35,7 +37,10 @@ impl Lights {
         let lanes = |of: &dyn Fn((Vec3, f32)) -> f32, first: usize| F8::new(std::array::from_fn(|i| of(at(first + i))));
         let blocks = || (0..lights.len()).step_by(LANES);
         let direction = |i: usize| V8::new(lanes(&|l| l.0.x, i), lanes(&|l| l.0.y, i), lanes(&|l| l.0.z, i));
+        let mut along: Vec<u32> = (0..lights.len() as u32).collect();
+        along.sort_by_key(|i| curve(lights[*i as usize].0));
         Lights {
+            along,
             count: lights.len(),
             each: lights.iter().map(|l| l.0).collect(),
             tints: Vec::new(),
@@ -76,6 +81,13 @@ impl Lights {
         }
         out.truncate(self.count);
     }
+}
+
+/// The place of a direction along a curve through the pixels of the octahedral square: their Morton code.
+fn curve(direction: Vec3) -> u32 {
+    const SIDE: f32 = 256.0;
+    let [x, y] = client::square_point(direction.to_array(), None).unwrap_or_default().map(|c| (c * SIDE) as u32);
+    (0..8).fold(0, |code, bit| code | (x >> bit & 1) << (2 * bit + 1) | (y >> bit & 1) << (2 * bit))
 }
 
 /// Where k-means begins.
@@ -231,8 +243,13 @@ pub enum How<'a> {
     /// The lights in the order of what they may add, until the rest is below a share of the whole; of the rest so many
     /// random ones tell which share of it is seen.
     Sorted(&'a Lights, f32, usize),
+    /// The lights that may add as much as a share of the level, and of the rest systematic picks along the sphere in proportion to what
+    /// each may add, at steps of that much. The level is a radiance, or what could arrive at the point.
+    Picked(&'a Lights, f32, Option<f64>),
     /// All lights, each seen from a random place of its stratum.
     Jittered(&'a Lights, &'a Jitter),
+    /// All lights, whose BRDF is the mean over so many places of the stratum.
+    Spread(&'a Lights, &'a Jitter, usize),
     /// Stratified samples of the map.
     Importance(&'a Raster<'a>, usize),
     /// Stratified samples of the hemisphere.
@@ -355,6 +372,19 @@ impl Shader<'_> {
                 self.traced(scene, point, lights, |i| Ok(lights.each[i]))?;
             }
             How::Sorted(lights, threshold, few) => self.sorted(scene, point, bsdf, (lights, threshold, few), seed)?,
+            How::Picked(lights, share, level) => self.picked(scene, point, bsdf, (lights, share, level), seed),
+            How::Spread(lights, jitter, places) => {
+                self.contributions.clear();
+                self.draw(seed, places);
+                for i in 0..lights.count {
+                    let mut sum = 0.0;
+                    for u in &self.u[..places] {
+                        sum += bsdf.eval_one(Vec3::from_array(jitter.sample(i as u32, *u)?.0)).0;
+                    }
+                    self.contributions.push(sum / places as f32 * lights.energy[i / LANES].to_array()[i % LANES]);
+                }
+                self.traced(scene, point, lights, |i| Ok(lights.each[i]))?;
+            }
             How::Jittered(lights, jitter) => {
                 lights.contributions(bsdf, &mut self.contributions);
                 self.draw(seed, lights.count);
@@ -465,6 +495,42 @@ impl Shader<'_> {
             }
         }
         Ok(())
+    }
+
+    /// Lights whose contribution is at least a step are traced. A random start makes the others an estimate without bias: each is picked
+    /// with the probability contribution / step, and stands for a whole step.
+    fn picked(
+        &mut self,
+        scene: &Scene,
+        point: &ShadingPoint,
+        bsdf: &Bsdf,
+        (lights, share, level): (&Lights, f32, Option<f64>),
+        seed: u32,
+    ) {
+        lights.contributions(bsdf, &mut self.contributions);
+        let level = level.unwrap_or_else(|| f64::from(self.contributions.iter().sum::<f32>()));
+        let step = f64::from(share) * level;
+        self.draw(seed, 1);
+        let mut next = f64::from(self.u[0][0]) * step;
+        let add = |shader: &mut Self, light: usize, value: f64| {
+            shader.rays += 1;
+            if scene.visible(point, lights.each[light]) {
+                shader.add(value, |_| lights.tints[light]);
+            }
+        };
+        for &light in &lights.along {
+            let light = light as usize;
+            let contribution = f64::from(self.contributions[light]);
+            if contribution >= step && contribution > 0.0 {
+                add(self, light, contribution);
+            } else {
+                next -= contribution;
+                if next < 0.0 {
+                    next += step;
+                    add(self, light, step);
+                }
+            }
+        }
     }
 
     /// Adds the mean of samples over their density.

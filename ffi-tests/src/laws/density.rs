@@ -86,7 +86,7 @@ fn inversion(density: &impl Density, axis: usize) -> f64 {
 #[test]
 fn samples_follow_their_pdfs() {
     let light = Light::windows(64);
-    let rotations = Rotations::new(light.tables(0, 0.0).unwrap());
+    let rotations = Rotations::new(light.tables(0, 0.0).unwrap()).unwrap();
     let sampler = RefCell::new(Sampler::new(1, 0, 0).unwrap());
     let (mut names, mut p_values) = (Vec::new(), Vec::new());
     let mut add = |name: &str, (found, integral): ([f64; 3], f64)| {

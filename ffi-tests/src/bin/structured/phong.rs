@@ -2,7 +2,8 @@
 
 use glam::DVec3;
 use std::f64::consts::TAU;
-use wis_ffi_tests::reflectance::Reflectance;
+use wis_ffi_tests::lanes::{F8, V8};
+use wis_ffi_tests::reflectance::{Reflectance, View};
 
 /// (n + 2) / (2 pi) x cosine^n of the angle to the reflected direction.
 #[derive(Debug)]
@@ -39,6 +40,22 @@ impl Reflectance for Phong {
     fn pdf(&self, wo: DVec3, wi: DVec3) -> f64 {
         f64::from(self.exponent + 1) / TAU * reflected(wo).dot(wi).max(0.0).powi(self.exponent)
     }
+
+    fn eval_lanes(&self, view: &View, wi: V8, _: usize) -> (F8, F8) {
+        let lobe = power(V8::splat(reflected(view.wo).as_vec3()).dot(wi).fast_max(F8::ZERO), self.exponent as u32);
+        let [value, density] = [self.exponent + 2, self.exponent + 1].map(|n| F8::splat((f64::from(n) / TAU) as f32));
+        (value * lobe * wi.z.fast_max(F8::ZERO), density * lobe)
+    }
+}
+
+/// By squares and products.
+fn power(base: F8, exponent: u32) -> F8 {
+    let (mut result, mut square) = (F8::ONE, base);
+    for bit in 0..u32::BITS - exponent.leading_zeros() {
+        result = if exponent >> bit & 1 == 1 { result * square } else { result };
+        square *= square;
+    }
+    result
 }
 
 #[cfg(test)]
@@ -62,5 +79,16 @@ mod tests {
             TAU * phong.eval(wo, DVec3::new(across * cos, across * sin, u[0]))
         });
         assert!((sampled / summed - 1.0).abs() < 1e-3, "{sampled} {summed}");
+    }
+
+    #[test]
+    fn lanes_evaluate_the_same() {
+        let (phong, wo) = (Phong { exponent: 50 }, DVec3::new(0.6, 0.0, 0.8));
+        for wi in [DVec3::new(-0.6, 0.0, 0.8), DVec3::new(-0.5, 0.2, 0.84).normalize(), DVec3::Z, DVec3::NEG_Z] {
+            let (value, pdf) = phong.eval_lanes(&View::new(wo), V8::splat(wi.as_vec3()), 8);
+            for (lanes, exact) in [(value, phong.eval(wo, wi)), (pdf, phong.pdf(wo, wi))] {
+                assert!((f64::from(lanes.to_array()[0]) - exact).abs() <= 1e-4 * exact, "{wi}: {lanes} {exact}");
+            }
+        }
     }
 }

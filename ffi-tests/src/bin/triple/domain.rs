@@ -1,10 +1,9 @@
-//! Where the functions live: the octahedral square, or the six faces of a cube. Functions on either are lists of pixels,
-//! face after face, and a tree for each face.
+//! Where the functions live: the six faces of a cube. Functions are lists of pixels, face after face, and a tree for each face.
 
 use anyhow::Result;
 use glam::{Mat3, Vec3};
 use wis_ffi_tests::client::{Tree, raw};
-use wis_ffi_tests::light::{Light, octahedral_direction};
+use wis_ffi_tests::light::Light;
 
 /// Look-ups along an axis of a pixel that light is averaged over.
 const FINE: usize = 4;
@@ -17,17 +16,12 @@ pub struct Domain {
 }
 
 impl Domain {
-    pub const fn octahedral(depth: u32) -> Domain {
-        Domain { depth, faces: 1 }
-    }
-
     pub const fn cube(depth: u32) -> Domain {
         Domain { depth, faces: 6 }
     }
 
     pub fn name(&self) -> String {
-        let side = 1 << self.depth;
-        if self.faces == 6 { format!("6 x {side} x {side}") } else { format!("{side} x {side}, octahedral") }
+        format!("6 x {0} x {0}", 1 << self.depth)
     }
 
     /// Pixels of all faces.
@@ -46,9 +40,6 @@ impl Domain {
         let (face, i) = (i / (side * side), i % (side * side));
         let at = |c: usize, part: f32| (c as f32 + part) / side as f32;
         let (u, v) = (at(i % side, parts[0]), at(i / side, parts[1]));
-        if self.faces == 1 {
-            return (octahedral_direction(u, v), 1.0);
-        }
         let (s, t) = (2.0 * u - 1.0, 2.0 * v - 1.0);
         let direction = match face {
             0 => Vec3::new(1.0, -t, -s),
@@ -91,12 +82,9 @@ impl Domain {
         Ok(trees.iter().map(|tree| tree.largest(3 << (2 * self.depth))).collect::<Result<_, _>>()?)
     }
 
-    /// The largest wavelets of all faces together, face by face.
+    /// The largest squares of all faces together, face by face.
     pub fn largest(&self, trees: &[Tree], keep: usize) -> Result<Lists> {
-        match trees {
-            [tree] => Ok(vec![tree.largest(keep.min(self.pixels()) as u32)?]),
-            _ => Ok(largest(self.all(trees)?, keep)),
-        }
+        Ok(largest(self.all(trees)?, keep))
     }
 
     /// The mean over the sphere of something that is summed over faces.
@@ -108,21 +96,17 @@ impl Domain {
 /// Wavelets of each face.
 pub type Lists = Vec<Vec<raw::wis_wavelets>>;
 
-/// The largest of all faces' wavelets.
+/// The sum of the squares of the orthonormal coefficients of a square: value space weighted by area.
+pub fn energy(w: &raw::wis_wavelets) -> f64 {
+    w.detail.iter().map(|d| f64::from(*d).powi(2)).sum::<f64>() * 0.25f64.powi(w.level as i32)
+}
+
+/// The largest of all faces' squares, by the rule of WIS_SELECT_SQUARES.
 pub fn largest(mut lists: Lists, keep: usize) -> Lists {
-    let size = |level: u32, d: f32| d.abs() * 0.5f32.powi(level as i32);
-    let all = lists.iter().flatten().flat_map(|w| w.detail.map(|d| size(w.level, d)));
-    let mut sizes: Vec<f32> = all.filter(|size| *size > 0.0).collect();
-    if sizes.len() <= keep {
-        return lists;
-    }
-    let least = *sizes.select_nth_unstable_by(keep.max(1) - 1, |a, b| b.total_cmp(a)).1;
-    for list in &mut lists {
-        for w in list.iter_mut() {
-            let level = w.level;
-            w.detail.iter_mut().filter(|d| size(level, **d) < least).for_each(|d| *d = 0.0);
-        }
-        list.retain(|w| w.detail != [0.0; 3]);
+    let mut sizes: Vec<f64> = lists.iter().flatten().map(energy).filter(|size| *size > 0.0).collect();
+    if sizes.len() > keep {
+        let least = *sizes.select_nth_unstable_by(keep.max(1) - 1, |a, b| b.total_cmp(a)).1;
+        lists.iter_mut().for_each(|list| list.retain(|w| energy(w) >= least));
     }
     lists
 }

@@ -1,6 +1,5 @@
 //! Haar wavelets beside pixels and spherical harmonics: how well so many terms approximate a light (Section 6.1).
 
-use crate::{DEPTH, SIDE};
 use anyhow::Result;
 use std::fmt::Write;
 use wis_ffi_tests::client::Tree;
@@ -8,6 +7,9 @@ use wis_ffi_tests::data;
 use wis_ffi_tests::light::octahedral_direction;
 use wis_ffi_tests::paper::Paper;
 
+/// Pixels of the lights.
+const DEPTH: u32 = 7;
+const SIDE: usize = 1 << DEPTH;
 /// The highest degree.
 const DEGREE: usize = 39;
 const TERMS: [usize; 6] = [9, 25, 100, 400, 900, 1600];

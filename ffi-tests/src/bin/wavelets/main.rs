@@ -11,18 +11,20 @@ mod rotated;
 
 use anyhow::Result;
 use glam::Vec3;
-use std::fmt::Write;
 use std::path::Path;
-use wis_ffi_tests::client::{self, Density};
+use wis_ffi_tests::client;
 use wis_ffi_tests::data;
 use wis_ffi_tests::light::{Light, octahedral_direction};
 use wis_ffi_tests::material::{Bsdf, Material};
 use wis_ffi_tests::paper::Paper;
 use wis_ffi_tests::points;
 use wis_ffi_tests::processor;
-use wis_ffi_tests::product::Rotations;
+use wis_ffi_tests::product::{Product, Rotations};
 use wis_ffi_tests::scene::{Scene, ShadingPoint};
 use wis_ffi_tests::structured::Picture;
+
+/// log2 of the pixels along an axis of the paper's trees.
+const DEPTH: u32 = 6;
 
 /// A section of the page.
 type Section = fn(&mut Paper, &Lit) -> Result<()>;
@@ -30,7 +32,7 @@ type Section = fn(&mut Paper, &Lit) -> Result<()>;
 fn main() -> Result<()> {
     let mut page = Paper::from_arguments("wavelets")?;
     let lit = Lit::load("grace_latlong.exr")?;
-    let sections: [(&str, Section); 9] = [
+    let sections: [(&str, Section); 8] = [
         ("point", figures::one_point),
         ("sets", figures::point_sets),
         ("variance", figures::convergence),
@@ -42,7 +44,6 @@ fn main() -> Result<()> {
         ("gallery", gallery::write),
         ("rotated", rotated::write),
         ("four", four::write),
-        ("memory", memory),
     ];
     for (name, section) in sections {
         page.section(name, |page| section(page, &lit))?;
@@ -53,14 +54,18 @@ fn main() -> Result<()> {
 const INTRODUCTION: &str = "Clarberg et al. 2005, \"Wavelet Importance Sampling: Efficiently Evaluating Products of Complex Functions\", claim by
 claim. Maps rotated to 64 x 64 directions are `WIS_TREE_ENVIRONMENT`, products of trees `WIS_TREE_PRODUCT`, the hierarchical warp is
 `wis_warp_in_place`. At a point the product is that of the nearest rotated map and of the BRDF over the square of its frame, 64 x 64
-pixels each. Written by `make wavelets` at {commit}.
+pixels each. Its samples are weighed as in the paper (Eq. 11): the integral of the product, times the share of the samples that is seen.
+Where nothing hides the light, there is no noise; what the trees lack is a bias. Times are of a processor, without what the paper tabulates:
+rotated maps, and BRDFs in their frames. Written by `make wavelets` at {commit}.
 ";
 
 /// A light with its colours, as a renderer holds it.
 pub struct Lit {
     pub light: Light,
     pub colours: [Light; 3],
+    /// For samples that are weighed by their pdf, and for the paper's estimate.
     pub map: Rotations,
+    pub integrated: Rotations,
 }
 
 impl Lit {
@@ -70,82 +75,50 @@ impl Lit {
         let path = Path::new(data::FOLDER).join("envmaps").join(name);
         let colours =
             if path.exists() { Light::load_channels(&path)? } else { [light.clone(), light.clone(), light.clone()] };
-        let map = Rotations::new(light.tables(0, 0.0)?);
-        Ok(Lit { light, colours, map })
+        let map = Rotations::new(light.tables(0, 0.0)?)?;
+        let integrated = Rotations::integrated(light.tables(0, 0.0)?, DEPTH)?;
+        Ok(Lit { light, colours, map, integrated })
     }
 }
 
-/// What each mode keeps in memory.
-fn memory(page: &mut Paper, lit: &Lit) -> Result<()> {
-    let material = data::measured("satin_rosaline_rgb.bsdf")?;
-    let product = material.prepare(&lit.map, &tilted())?;
-    let kb = |bytes: u64| bytes as f64 / 1e3;
-    let table = material.table.map_or(0, |table| table.bytes() as u64);
-    let peak = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let peak = peak.lines().find_map(|line| line.strip_prefix("VmHWM:")).unwrap_or("unknown").trim();
-    writeln!(
-        page.text,
-        "\n## Memory\n\n| what | kB |\n|---|---:|\n| environment of {} | {:.0} |\n| table of {} | {:.0} |\n\
-         | product of a point | {:.1} |\n\n\
-         Rotated maps and the product for all directions keep what stands there. Peak of this program, with all maps, meshes and pictures: {peak}.",
-        lit.light.name,
-        kb(lit.map.environment.info.bytes),
-        material.name,
-        kb(table),
-        kb(product.tree.info.bytes)
-    )?;
-    Ok(())
+/// The paper's estimate at a point: the integral of the product times the share of the warped points that is seen.
+pub fn estimate(scene: &Scene, point: &ShadingPoint, product: &Product, u: &mut [[f32; 2]]) -> Result<f64> {
+    let mut wi = Vec::with_capacity(u.len());
+    product.warp(u, &mut wi)?;
+    let seen = wi.iter().filter(|wi| wi.dot(point.normal) > 0.0 && scene.visible(point, **wi)).count();
+    Ok(product.integral * seen as f64 / u.len() as f64)
 }
 
-/// A picture by samples of the product, and the same without occlusion.
-pub fn by_product(
-    scene: &Scene,
-    material: &Material,
-    (light, map): (&Light, &Rotations),
-    count: usize,
-    pass: u32,
-) -> Result<(Picture, Vec<f64>)> {
-    let (mut u, mut wi, mut pdf) = (vec![[0.0; 2]; count], vec![[0.0; 3]; count], vec![0.0; count]);
-    let (start, mut rays) = (processor::seconds(), 0);
-    let (mut values, mut lit) = (Vec::with_capacity(scene.points.len()), Vec::with_capacity(scene.points.len()));
+/// A picture by the paper's estimate.
+pub fn by_product(scene: &Scene, material: &Material, map: &Rotations, count: usize) -> Result<Picture> {
+    let (mut u, mut seconds) = (vec![[0.0; 2]; count], 0.0);
+    let mut values = Vec::with_capacity(scene.points.len());
     for point in &scene.points {
-        let bsdf = Bsdf::new(material, point);
         let product = material.prepare(map, point)?;
-        points::sobol(client::pixel_seed(point.pixel, pass), 0, &mut u);
-        product.sample_n(&u, &mut wi, &mut pdf)?;
-        let (mut sum, mut open) = (0.0, 0.0);
-        for (wi, &pdf) in wi.iter().map(|&wi| Vec3::from_array(wi)).zip(&pdf).filter(|(_, pdf)| **pdf > 0.0) {
-            let value = f64::from(bsdf.eval_one(wi).0 * light.radiance(wi)) / f64::from(pdf);
-            if value > 0.0 {
-                rays += 1;
-                open += value;
-                sum += if scene.visible(point, wi) { value } else { 0.0 };
-            }
-        }
-        values.push(sum / count as f64);
-        lit.push(open / count as f64);
+        let start = processor::seconds();
+        points::sobol(client::pixel_seed(point.pixel, 0), 0, &mut u);
+        values.push(estimate(scene, point, &product, &mut u)?);
+        seconds += product.seconds + processor::seconds() - start;
     }
     let points = scene.points.len() as f64;
-    let us = (processor::seconds() - start) * 1e6 / points;
-    Ok((Picture { values, rays: f64::from(rays) / points, us }, lit))
+    Ok(Picture { values, rays: count as f64, us: seconds * 1e6 / points })
 }
 
-/// A picture by samples of the product in the colours of the light, on two threads: luminance, and red, green and blue.
+/// The same in the colours of the light, on two threads: luminance, and red, green and blue. Samples are those of the luminance, each
+/// times the hue of the light (Section 6.1).
 pub fn in_colour(scene: &Scene, material: &Material, lit: &Lit, count: usize) -> Result<(Vec<f64>, Vec<[f32; 3]>)> {
     let shade = |points: &[ShadingPoint]| -> Result<Vec<(f64, [f32; 3])>> {
-        let (mut u, mut wi, mut pdf) = (vec![[0.0; 2]; count], vec![[0.0; 3]; count], vec![0.0; count]);
+        let (mut u, mut wi) = (vec![[0.0; 2]; count], Vec::new());
         let each = |point: &ShadingPoint| -> Result<(f64, [f32; 3])> {
-            let bsdf = Bsdf::new(material, point);
-            let product = material.prepare(&lit.map, point)?;
+            let product = material.prepare(&lit.integrated, point)?;
             points::sobol(client::pixel_seed(point.pixel, 0), 0, &mut u);
-            product.sample_n(&u, &mut wi, &mut pdf)?;
+            product.warp(&mut u, &mut wi)?;
+            let share = product.integral / count as f64;
             let (mut sum, mut rgb) = (0.0, [0.0; 3]);
-            for (wi, &pdf) in wi.iter().map(|&wi| Vec3::from_array(wi)).zip(&pdf).filter(|(_, pdf)| **pdf > 0.0) {
-                let share = bsdf.eval_one(wi).0 / pdf / count as f32;
-                if share > 0.0 && scene.visible(point, wi) {
-                    sum += f64::from(share * lit.light.radiance(wi));
-                    rgb.iter_mut().zip(&lit.colours).for_each(|(sum, c)| *sum += share * c.radiance(wi));
-                }
+            for &wi in wi.iter().filter(|wi| wi.dot(point.normal) > 0.0 && scene.visible(point, **wi)) {
+                sum += share;
+                let hue = share as f32 / lit.light.radiance(wi).max(f32::MIN_POSITIVE);
+                rgb.iter_mut().zip(&lit.colours).for_each(|(sum, c)| *sum += hue * c.radiance(wi));
             }
             Ok((sum, rgb))
         };

@@ -26,7 +26,7 @@ else
     scripts/setup.sh dist
     export CROSS PLATFORM="$platform"
     lib=$build/dist/$platform/lib
-    # A library has one linker, so that the variable of cargo's may name it for each platform.
+    # What cargo calls the linker of a platform.
     export "CARGO_TARGET_$(echo "$platform" | tr 'a-z-' 'A-Z_')_LINKER=${CROSS}gcc"
     kinds=$(case $platform in *-apple-*) echo staticlib ;; *) echo staticlib,cdylib ;; esac)
     (

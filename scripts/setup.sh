@@ -1,6 +1,6 @@
 #!/bin/sh
 # Installs the Debian packages that a target needs and that are missing:
-# setup.sh demo | gallery | test | browser | renderers | core | web | dist | docs | coverage | guided | bits
+# setup.sh KIND, of which there is a list below
 set -eu
 
 # Each line: the package, and a command or a pattern of files that shows it is there.
@@ -71,20 +71,10 @@ libc6-dev-i386-cross  /usr/i686-linux-gnu/lib/libc.a
 qemu-user             qemu-aarch64
 "
 
-case "${1:-}" in
-    demo) needs=$demo_needs ;;
-    gallery) needs=$gallery_needs ;;
-    test) needs=$test_needs ;;
-    browser) needs=$browser_needs ;;
-    renderers) needs=$renderers_needs ;;
-    core) needs=$core_needs ;;
-    web) needs=$web_needs ;;
-    dist) needs=$dist_needs ;;
-    docs) needs=$docs_needs ;;
-    coverage) needs=$coverage_needs ;;
-    guided) needs=$guided_needs ;;
-    bits) needs=$bits_needs ;;
-    *) echo "usage: $0 demo | gallery | test | browser | renderers | core | web | dist | docs | coverage | guided | bits" >&2; exit 2 ;;
+kinds=$(sed -n 's/^\([a-z]*\)_needs=.*/\1/p' "$0" | sort -u | tr '\n' ' ')
+case " $kinds " in
+    *" ${1:-none} "*) eval "needs=\$${1}_needs" ;;
+    *) echo "usage: $0 one of $kinds" >&2; exit 2 ;;
 esac
 
 # Prints the packages whose command or file is absent.

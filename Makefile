@@ -36,7 +36,7 @@ CXXFLAGS ?= $(CFLAGS)
 FILL_IN := sed -e 's/@VERSION@/$(VERSION)/' -e 's/@MAJOR@/$(MAJOR)/' -e 's/@MINOR@/$(MINOR)/' \
 	-e 's/@ABI@/$(ABI)/'
 
-.PHONY: help lib header install install-files print-abi demo pathtracer pathtracer-page figure gallery hardcases report goals test-report performance check-pages light tuning passes structured wavelets \
+.PHONY: help lib header install install-files print-abi demo pathtracer pathtracer-page figure gallery hardcases report goals test-report performance check-pages light rooms passes structured wavelets \
 	triple check test fuzz fuzz-guided growth instructions check-bits coverage soak sanitizers mutants check-aarch64 check-thumb renderers cycles test-renderers web test-web test-slow dist wheel docs abi clean
 
 help: ## list the targets
@@ -112,7 +112,7 @@ pathtracer: ## compare MIS and direct in a path tracer, within two minutes: ENV=
 pathtracer-page: ## run the path tracer under all lat-long maps of a folder and write docs/measurements/pathtracer.md: MAPS=folder
 	scripts/setup.sh demo
 	$(MAKE) $(BUILD)/pathtracer
-	scripts/pathtracer-page.sh $(BUILD)/pathtracer '$(MAPS)' docs/measurements/pathtracer.md
+	scripts/pathtracer-page.py $(BUILD)/pathtracer '$(MAPS)' docs/measurements/pathtracer.md
 
 $(BUILD)/gallery-program: lib $(BUILD)/exr.o
 	$(C_RENDER) $(wildcard c-examples/gallery/*.c) $(RENDER) $(LIB)/libwis.a -lassimp -lembree3 $(EXR_LIBS) -lm -lpthread -o $@
@@ -156,9 +156,9 @@ light: lib ## measure the light beside pbrt's tables, and write docs/measurement
 	scripts/instruments.sh $(LIB) run --bin measure -- light $(if $(QUICK),$(BUILD)/light-quick.md --quick,docs/measurements/light.md)
 	$(if $(QUICK),,scripts/performance-page.py)
 
-tuning: lib ## choose constants anew on development maps alone, and write build/tuning.md
+rooms: lib ## measure rooms with and without portals, and write docs/measurements/rooms.md: QUICK=1 for a check
 	scripts/setup.sh test
-	scripts/instruments.sh $(LIB) run --bin measure -- tuning $(BUILD)/tuning.md
+	scripts/instruments.sh $(LIB) run --bin measure -- rooms $(if $(QUICK),$(BUILD)/rooms-quick.md --quick,docs/measurements/rooms.md)
 
 passes: lib ## measure what a visibility cache brings in passes of one ray, and write docs/measurements/passes.md: QUICK=1 for a check
 	scripts/setup.sh test

@@ -125,6 +125,10 @@ passes_quick() {
     instruments run --bin measure -- passes "$logs/passes.md" --quick
 }
 
+rooms_quick() {
+    instruments run --bin measure -- rooms "$logs/rooms.md" --quick
+}
+
 # The packages that this takes are another architecture's: it runs where they are.
 aarch64() {
     if scripts/check-aarch64.sh --check; then
@@ -174,6 +178,7 @@ library() {
     step report-quick report_quick
     step light-quick light_quick
     step passes-quick passes_quick
+    step rooms-quick rooms_quick
 }
 
 # Side by side, for two cores.

@@ -63,6 +63,12 @@ static bool sphere_blocks(Vec3 centre, Vec3 origin, Vec3 direction) {
     return along > 0.0f && vec3_dot(offset, offset) < radius * radius;
 }
 
+uint32_t scene_portals(const ShadingPoint *point, wis_portal out[WIS_MAX_PORTALS]) {
+    (void)point;
+    (void)out;
+    return 0;
+}
+
 bool scene_occluded(const ShadingPoint *point, Vec3 wi) {
     if (wi.y < 0.0f) {
         return true;

@@ -37,5 +37,5 @@ const Picture pictures[PICTURES] = {
      .surface = "plastic in a room with two openings", .light = "city, most of it blocked",
      .thing = PLASTIC(0.60f, 0.14f, 0.08f, 0.1f), .light_square = PLASTIC(0.55f, 0.50f, 0.42f, 0.15f), .dark_square = PLASTIC(0.25f, 0.20f, 0.15f, 0.15f),
      .set_angle = 180, .thing_angle = 20, .eye_angle = -30, .eye_height = 0.9f, .eye_distance = 1.75f,
-     .target_height = 0.5f, .half_width = 0.58f, .exposure = 0.6f, .room = true, .crop_x = 0.5f, .crop_y = 0.5f},
+     .target_height = 0.5f, .half_width = 0.58f, .exposure = 0.6f, .room = true, .crop_x = 0.5f, .crop_y = 0.5f, .in_page = true},
 };

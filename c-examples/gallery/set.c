@@ -30,6 +30,12 @@ static const Part parts[] = {
     {2, ROOM, {-ROOM, 0.0f}, {ROOM, CEILING}},
 };
 
+/* One in each opening: of the left wall and of the ceiling. */
+static const struct { Vec3 corner, edges[2]; } portals[] = {
+    {{-ROOM, 0.3f, -1.0f}, {{0.0f, 1.3f, 0.0f}, {0.0f, 0.0f, 2.0f}}},
+    {{-0.3f, CEILING, -0.9f}, {{1.2f, 0.0f, 0.0f}, {0.0f, 0.0f, 1.2f}}},
+};
+
 static const Material wall = {"wall", 1, {{WIS_LOBE_LAMBERT, {0.60f, 0.56f, 0.50f}, {0}, 0}}};
 
 static struct {
@@ -158,4 +164,15 @@ bool scene_first_hit(Vec3 origin, Vec3 direction, ShadingPoint *out) {
 
 bool scene_occluded(const ShadingPoint *point, Vec3 wi) {
     return tracer_occluded(&set.tracer, point->position, wi);
+}
+
+uint32_t scene_portals(const ShadingPoint *point, wis_portal out[WIS_MAX_PORTALS]) {
+    uint32_t count = set.picture->room ? sizeof portals / sizeof portals[0] : 0;
+    for (uint32_t i = 0; i < count; i++) {
+        vec3_store(vec3_sub(rotated(portals[i].corner, set.picture->set_angle), point->position), out[i].corner);
+        for (int k = 0; k < 2; k++) {
+            vec3_store(rotated(portals[i].edges[k], set.picture->set_angle), out[i].edges[k]);
+        }
+    }
+    return count;
 }

@@ -9,22 +9,15 @@
 #include "../render/score.h"
 #include "path.h"
 
-
-/* wis_direct with a sampler that knows the hits of a pixel, and by candidates alone. */
-static const Method METHODS[] = {{"mis", BY_LIGHT, BALANCE, false, 0},
-                                 {"compensated", BY_LIGHT, BALANCE, false, WIS_ENVIRONMENT_COMPENSATED},
-                                 {"direct", BY_DIRECT, BASE, true, WIS_ENVIRONMENT_COMPENSATED},
-                                 {"candidates", BY_DIRECT, BASE, false, WIS_ENVIRONMENT_COMPENSATED},
-                                 {"split", BY_LIGHT, BASE, false, WIS_ENVIRONMENT_COMPENSATED},
-                                 {"alone", BY_DIRECT, NOTHING, true, 0},
-                                 {"alone-candidates", BY_DIRECT, NOTHING, false, 0},
-                                 {"product", BY_PRODUCT, BALANCE, false, 0},
-                                 {"reuse", BY_PRODUCT, BALANCE, true, 0},
-                                 {"reuse-base", BY_PRODUCT, BASE, true, WIS_ENVIRONMENT_COMPENSATED}};
+/* Of wis_direct: beside BSDF rays that bring the light up to the mean of the map, and alone. */
+static const Method METHODS[] = {{"mis", BY_LIGHT, BALANCE, 0},
+                                 {"compensated", BY_LIGHT, BALANCE, WIS_ENVIRONMENT_COMPENSATED},
+                                 {"direct", BY_DIRECT, BASE, WIS_ENVIRONMENT_COMPENSATED},
+                                 {"alone", BY_DIRECT, NOTHING, 0}};
 #define COUNT (sizeof METHODS / sizeof METHODS[0])
 
 typedef struct Options {
-    unsigned width, height, least, most, reference, repeats, rays, depth, stride, seed, stratified;
+    unsigned width, height, least, most, reference, repeats, rays, depth, stride, seed, stratified, spheres;
     const char *map, *methods, *out;
 } Options;
 
@@ -48,7 +41,8 @@ static const char HELP[] =
     "  --depth N         hits of a path, 1 to 4; 1: direct light alone (default: 4)\n"
     "  --stride N        every Nth pixel of an image that is N times as wide and as high (default: 1)\n"
     "  --stratified 1    a (0,2)-sequence in place of random numbers\n"
-    "  --methods LIST    of mis,compensated,direct,candidates,split,alone,alone-candidates,product,reuse,reuse-base\n"
+    "  --spheres 1       without the mesh\n"
+    "  --methods LIST    of mis,compensated,direct,alone\n"
     "  --out FILE.png    the last image\n"
     "  --reference N     samples per pixel of each of two references (default: 32)\n"
     "  --repeats N       images of most samples per pixel, and the same samples in more images of fewer (default: 2)";
@@ -66,6 +60,7 @@ static bool parse(Options *o, int count, char **arguments) {
                             {.name = "--stride", .count = &o->stride, .least = 1, .most = 8192},
                             {.name = "--seed", .count = &o->seed, .most = 1000000},
                             {.name = "--stratified", .count = &o->stratified, .most = 1},
+                            {.name = "--spheres", .count = &o->spheres, .most = 1},
                             {.name = "--reference", .count = &o->reference, .least = 1, .most = 65536},
                             {.name = "--repeats", .count = &o->repeats, .least = 1, .most = 65536}};
     return options_parse(known, sizeof known / sizeof known[0], HELP, count, arguments);
@@ -81,7 +76,7 @@ static void step(Progress *progress) {
 /* Answers the seconds it took. */
 static double render(Tracer *t, const Options *o, const Method *method, const wis_environment *const lights[2], uint32_t spp, uint32_t seed, Vec3 *image,
                      Progress *progress) {
-    wis_sampler_config config = {.size = sizeof config, .rays = t->rays, .hits_per_pixel = method->keeps ? spp : 0};
+    wis_sampler_config config = {.size = sizeof config, .rays = t->rays, .hits_per_pixel = spp};
     wis_memory_size size;
     void *memory;
     clock_t start;
@@ -97,7 +92,6 @@ static double render(Tracer *t, const Options *o, const Method *method, const wi
         }
         image[i] = vec3_make(0, 0, 0);
         memset(t->hits, 0, sizeof t->hits);
-        memset(t->products_of, 0xff, sizeof t->products_of); /* of no pixel */
         t->pixel = wis_pixel_seed(i % o->width, i / o->width, seed);
         t->random = ((uint64_t)seed << 32) + i * 0x632be59bd9b4e019u;
         check(wis_sampler_begin_pixel(t->sampler));
@@ -139,7 +133,7 @@ static bool write_picture(const Options *o, const Vec3 *image, double mean) {
 }
 
 int main(int argc, char **argv) {
-    Options o = {96, 54, 1, 16, 32, 2, 1, MAX_DEPTH, 1, 1, 0, NULL, "mis,compensated,direct,alone,product,reuse-base", NULL};
+    Options o = {96, 54, 1, 16, 32, 2, 1, MAX_DEPTH, 1, 1, 0, 0, NULL, "mis,compensated,direct,alone", NULL};
     static Tracer t;
     if (!parse(&o, argc, argv)) {
         return EXIT_FAILURE;
@@ -158,7 +152,7 @@ int main(int argc, char **argv) {
         complain("pathtracer", fault);
         return EXIT_FAILURE;
     }
-    scene_init();
+    scene_init(o.spheres != 0);
     for (int k = 0; k < 2; k++) {
         check(environment_build(&environments[k], &t.light, k == 0 ? 0 : WIS_ENVIRONMENT_COMPENSATED, 1));
         lights[k] = environments[k].handle;
@@ -177,7 +171,7 @@ int main(int argc, char **argv) {
         reference[k] = malloc(pixels * sizeof *image);
         t.rays = MAX_RAYS;
         t.stratified = true;
-        render(&t, &o, &METHODS[2], lights, o.reference, o.seed + 1000000 + (uint32_t)k, reference[k], &progress);
+        render(&t, &o, &METHODS[3], lights, o.reference, o.seed + 1000000 + (uint32_t)k, reference[k], &progress);
     }
     for (size_t i = 0; i < pixels; i++) {
         mean += 0.5 * (double)luminance(vec3_add(reference[0][i], reference[1][i])) / (double)pixels;

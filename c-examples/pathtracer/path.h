@@ -10,10 +10,9 @@ enum { MAX_DEPTH = 4, MAX_RAYS = 4 };
 
 typedef struct Method {
     const char *name;
-    enum { BY_LIGHT, BY_PRODUCT, BY_DIRECT } kind; /* samples of the light or of its product with the BSDF, or wis_direct */
+    enum { BY_LIGHT, BY_DIRECT } kind; /* samples of the light, or wis_direct */
     /* What BSDF rays bring that leave the scene: their share by the balance heuristic, or light up to the mean of the map. */
     enum { NOTHING, BALANCE, BASE } escape;
-    bool keeps;     /* products serve later hits of the pixel: of wis_direct, or of the client on the same material */
     uint32_t flags; /* of the environment */
 } Method;
 
@@ -26,8 +25,6 @@ typedef struct Tracer {
     bool stratified;
     uint64_t random;
     uint32_t depth, pixel, sample, rays, hits[MAX_DEPTH]; /* hits of this pixel, by bounce */
-    void *products[MATERIALS];
-    uint32_t products_of[MATERIALS]; /* the pixel that prepared each */
 } Tracer;
 
 /* Points in the unit square: independent ones, or those of this sample in a (0,2)-sequence for each pixel and dimension. */
@@ -64,33 +61,14 @@ static void add_light(Reflected *sum, const float wi[3], float weight) {
     sum->light = vec3_axpy(sum->light, weight, reflected(sum, wi, NULL));
 }
 
-/* The product at a hit: a new one, or one that an earlier hit of this pixel on the same material left. */
-static const wis_product *product_at(Tracer *t, const Hit *hit, const wis_point *point) {
-    int slot = hit->material;
-    size_t offset, used;
-    wis_product_config config = {.size = sizeof config, .cone = t->method.keeps ? 0.1f : 0};
-    uint32_t covers = 0;
-    wis_memory_size size;
-    if (t->method.keeps && t->products_of[slot] == t->pixel) {
-        check(wis_product_covers(t->products[slot], point, &covers));
-    }
-    if (covers == 0) {
-        check(wis_product_size(&config, &size, NULL));
-        t->products[slot] = t->products[slot] != NULL ? t->products[slot] : malloc(size.bytes);
-        check(wis_product_prepare(t->sampler, t->environment, &config, 1, point, t->products[slot], size.bytes, &offset, &used));
-        t->products_of[slot] = t->pixel;
-    }
-    return t->products[slot];
-}
-
-/* The light at a hit: by the rays that wis_direct asks for, or by samples of the map (no product) or of a product. */
-static Vec3 gather(Tracer *t, const Hit *hit, const Bsdf *b, const wis_point *point, const wis_product *product, const float *u) {
+/* The light at a hit: by the rays that wis_direct asks for, or by samples of the map. */
+static Vec3 gather(Tracer *t, const Hit *hit, const Bsdf *b, const wis_point *point, const float *u) {
     Reflected sum = {t, hit, b, {0, 0, 0}};
     wis_ray rays[MAX_RAYS];
     wis_drawn drawn[MAX_RAYS];
     bool direct = t->method.kind == BY_DIRECT;
     check(direct ? direct_light(t->sampler, t->environment, point, t->rays, rays, &sum)
-                 : wis_sample(t->sampler, t->environment, product, t->rays, u, 0, drawn, 0));
+                 : wis_sample(t->sampler, t->environment, NULL, t->rays, u, 0, drawn, 0));
     for (uint32_t i = 0; i < t->rays && !direct; i++) {
         float pdf, density = (float)t->rays * drawn[i].pdf;
         Vec3 light = reflected(&sum, drawn[i].wi, &pdf);
@@ -101,10 +79,10 @@ static Vec3 gather(Tracer *t, const Hit *hit, const Bsdf *b, const wis_point *po
 }
 
 /* The balance heuristic's share of a BSDF sample. */
-static float share_of_bsdf(Tracer *t, const wis_product *product, Vec3 direction, float pdf) {
+static float share_of_bsdf(Tracer *t, Vec3 direction, float pdf) {
     float wi[3], other;
     vec3_store(direction, wi);
-    check(wis_pdf(t->sampler, t->environment, product, 1, wi, 0, &other, 0));
+    check(wis_pdf(t->sampler, t->environment, NULL, 1, wi, 0, &other, 0));
     return pdf / (pdf + (float)t->rays * other);
 }
 
@@ -129,8 +107,7 @@ static Vec3 path(Tracer *t, Vec3 origin, Vec3 direction) {
         if (m->kind != BY_DIRECT) {
             numbers(t, 1 + 2 * bounce, t->rays, u);
         }
-        const wis_product *product = m->kind == BY_PRODUCT ? product_at(t, &hit, &point) : NULL;
-        color = vec3_add(color, vec3_mul(beta, gather(t, &hit, &b, &point, product, u)));
+        color = vec3_add(color, vec3_mul(beta, gather(t, &hit, &b, &point, u)));
         if (bounce == t->depth - 1 && m->escape == NOTHING) {
             return color;
         }
@@ -141,10 +118,10 @@ static Vec3 path(Tracer *t, Vec3 origin, Vec3 direction) {
             return color;
         }
         beta = vec3_scale(beta, 1 / pdf);
-        share = m->escape == BALANCE && product != NULL ? share_of_bsdf(t, product, direction, pdf) : m->escape == BASE;
+        share = m->escape != NOTHING;
         origin = hit.position;
     }
-    share = bounce > 0 && m->kind == BY_LIGHT && m->escape == BALANCE ? share_of_bsdf(t, NULL, direction, pdf) : share;
+    share = bounce > 0 && m->escape == BALANCE ? share_of_bsdf(t, direction, pdf) : share;
     beta = vec3_mul(beta, bounce == 0 ? light_radiance(&t->light, direction) : radiance(t, direction, true));
     return share > 0 ? vec3_axpy(color, share, beta) : color;
 }

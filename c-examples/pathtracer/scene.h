@@ -21,7 +21,7 @@ static const Material materials[MATERIALS] = {
     {"the disc", 1, {{WIS_LOBE_LAMBERT, {0.5f, 0.5f, 0.45f}, {0}, 0}}},
     {"the knot", 2, {{WIS_LOBE_LAMBERT, {0.25f, 0.4f, 0.2f}, {0}, 0}, {WIS_LOBE_GGX, {1, 1, 1}, {0.05f, 0.05f, 0.05f}, 0.3f}}},
     {"varnish", 2, {{WIS_LOBE_LAMBERT, {0.6f, 0.25f, 0.15f}, {0}, 0}, {WIS_LOBE_GGX, {1, 1, 1}, {0.04f, 0.04f, 0.04f}, 0.15f}}},
-    {"metal", 1, {{WIS_LOBE_GGX, {1, 1, 1}, {0.95f, 0.75f, 0.45f}, 0.3f}}},
+    {"metal", 1, {{WIS_LOBE_GGX, {1, 1, 1}, {0.95f, 0.75f, 0.45f}, 0.05f}}},
     {"clay", 1, {{WIS_LOBE_LAMBERT, {0.14f, 0.28f, 0.42f}, {0}, 0}}}};
 static const float patterns[MATERIALS] = {9, 20, 15, 0, 0}; /* their frequencies in the diffuse albedo; 0: none */
 static wis_material shapes[MATERIALS];                       /* the lobes as wis knows them */
@@ -38,6 +38,7 @@ static void check(wis_status status) {
 /* Triangles in the order of the tube, halved again and again, are a tree of boxes: node n has the children 2n + 1 and 2n + 2. */
 static struct Vertex { Vec3 position, normal; } triangles[TRIANGLES][3];
 static Vec3 boxes[TRIANGLES][2];
+static int triangle_count;
 
 /* A tube along a trefoil. */
 static Vec3 knot(float s, float t) {
@@ -73,11 +74,12 @@ static void scene_build(int node, int first, int count) {
     }
 }
 
-static void scene_init(void) {
+static void scene_init(bool only_spheres) {
     for (int i = 0; i < MATERIALS; i++) {
         check(material_shape(&materials[i], &shapes[i]));
     }
-    scene_build(0, 0, TRIANGLES);
+    triangle_count = only_spheres ? 0 : TRIANGLES;
+    scene_build(0, 0, triangle_count);
 }
 
 /* Keeps a hit that is nearer than the one before. */
@@ -129,7 +131,7 @@ static bool scene_trace(Vec3 o, Vec3 d, Hit *hit) {
             offer(hit, distance, vec3_sub(vec3_scale(d, distance), to), 2 + i);
         }
     }
-    hit_node(0, 0, TRIANGLES, o, vec3_make(1 / d.x, 1 / d.y, 1 / d.z), d, hit);
+    hit_node(0, 0, triangle_count, o, vec3_make(1 / d.x, 1 / d.y, 1 / d.z), d, hit);
     hit->position = vec3_axpy(o, hit->distance, d);
     hit->normal = vec3_normalise(hit->normal);
     hit->normal = vec3_dot(hit->normal, d) > 0 ? vec3_scale(hit->normal, -1) : hit->normal;

@@ -123,9 +123,12 @@ static wis_status from_bsdf(Reflected *sum, const Environment *e, Workspace *w, 
 static wis_status by_wis(Reflected *sum, Workspace *w, uint32_t pass, uint32_t count) {
     const ShadingPoint *at = sum->at;
     wis_point point = bsdf_point(sum->bsdf, &sum->lighting->shapes[at->object]);
+    wis_portal portals[WIS_MAX_PORTALS];
     float position[3], normal[3];
     point.seed = wis_pixel_seed(at->x, at->y, pass);
     point.sample = at->sample;
+    point.portals = portals;
+    point.portal_count = scene_portals(at, portals);
     point.visibility = w->visibility;
     if (w->visibility != NULL) {
         vec3_store(at->position, position);

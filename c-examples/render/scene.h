@@ -27,4 +27,7 @@ bool scene_first_hit(Vec3 origin, Vec3 direction, ShadingPoint *out);
 /* true if light from direction wi, above the horizon of the point, is blocked by an object. */
 bool scene_occluded(const ShadingPoint *point, Vec3 wi);
 
+/* Writes the portals that light comes through, relative to a point, and answers how many; 0: light comes from everywhere. */
+uint32_t scene_portals(const ShadingPoint *point, wis_portal out[WIS_MAX_PORTALS]);
+
 #endif

@@ -138,13 +138,14 @@ impl Batch {
         self.pdf_drawn.push(pdf);
     }
 
-    /// Asks the library for the pdfs of those samples that have none of it.
-    pub fn ask(&mut self, density: &dyn Density) -> client::Result<()> {
+    /// Asks for the pdfs of those samples that have none of the density, and answers those of all.
+    pub fn ask(&mut self, density: &dyn Density) -> client::Result<&[f32]> {
         let first = self.pdf_drawn.len();
         self.drawn.clear();
         self.drawn.extend((first..self.count).map(|i| self.wi.get(i).to_array()));
         self.pdf_drawn.resize(self.count, 0.0);
-        density.pdf_n(&self.drawn, &mut self.pdf_drawn[first..])
+        density.pdf_n(&self.drawn, &mut self.pdf_drawn[first..])?;
+        Ok(&self.pdf_drawn)
     }
 
     /// Evaluates BRDF, its pdf and radiance for all samples, and spends what that costs.

@@ -187,18 +187,44 @@ pub unsafe extern "C" fn row_f16(user: *mut c_void, y: u32) -> *const c_void {
     rows(y).cast()
 }
 
-/// A density on the sphere of directions: what `sample`, `pdf` and `invert` answer for it.
+/// A density on the sphere of directions: what `sample`, `pdf` and `invert` answer for it. One of `sample` and `sample_n` follows from the
+/// other, and one of `pdf` and `pdf_n`.
 pub trait Density {
     /// A direction and its pdf.
-    fn sample(&self, u: [f32; 2]) -> Result<raw::wis_drawn>;
+    fn sample(&self, u: [f32; 2]) -> Result<raw::wis_drawn> {
+        let mut drawn = raw::wis_drawn::default();
+        self.sample_n(&[u], std::slice::from_mut(&mut drawn.wi), std::slice::from_mut(&mut drawn.pdf))?;
+        Ok(drawn)
+    }
+
     /// As many calls of `sample` at once; the slices are of one length.
-    fn sample_n(&self, u: &[[f32; 2]], wi: &mut [[f32; 3]], pdf: &mut [f32]) -> Result<()>;
+    fn sample_n(&self, u: &[[f32; 2]], wi: &mut [[f32; 3]], pdf: &mut [f32]) -> Result<()> {
+        for ((u, wi), pdf) in u.iter().zip(wi).zip(pdf) {
+            let drawn = self.sample(*u)?;
+            (*wi, *pdf) = (drawn.wi, drawn.pdf);
+        }
+        Ok(())
+    }
+
     /// The pdf per solid angle.
-    fn pdf(&self, wi: [f32; 3]) -> Result<f32>;
+    fn pdf(&self, wi: [f32; 3]) -> Result<f32> {
+        let mut pdf = [f32::NAN];
+        self.pdf_n(&[wi], &mut pdf)?;
+        Ok(pdf[0])
+    }
+
     /// As many calls of `pdf` at once; the slices are of one length.
-    fn pdf_n(&self, wi: &[[f32; 3]], pdf: &mut [f32]) -> Result<()>;
-    /// The `u` that leads to a direction.
-    fn invert(&self, wi: [f32; 3]) -> Result<[f32; 2]>;
+    fn pdf_n(&self, wi: &[[f32; 3]], pdf: &mut [f32]) -> Result<()> {
+        for (wi, pdf) in wi.iter().zip(pdf) {
+            *pdf = self.pdf(*wi)?;
+        }
+        Ok(())
+    }
+
+    /// The `u` that leads to a direction, of a density that can tell.
+    fn invert(&self, _wi: [f32; 3]) -> Result<[f32; 2]> {
+        check(raw::WIS_UNREACHABLE).map(|()| [f32::NAN; 2])
+    }
 }
 
 /// A function that writes BRDF x cosine of each direction and answers whether it could.

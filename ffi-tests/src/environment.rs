@@ -422,12 +422,6 @@ impl Density for Light<'_> {
         Ok(())
     }
 
-    fn pdf(&self, wi: [f32; 3]) -> Result<f32> {
-        let mut pdf = [f32::NAN];
-        self.pdf_n(&[wi], &mut pdf)?;
-        Ok(pdf[0])
-    }
-
     fn pdf_n(&self, wi: &[[f32; 3]], pdf: &mut [f32]) -> Result<()> {
         assert!(wi.len() == pdf.len());
         let mut sampler = self.sampler.borrow_mut();

@@ -44,7 +44,7 @@ impl Estimator {
         sampler.picks.clear();
         sampler.batch.begin(point.pixel, pass, point.hit);
         match method.into() {
-            Method::Peer(peer) => sampler.peer(peer, setting, &bsdf, n)?,
+            Method::Peer(peer) => sampler.peer(peer, setting, point, &bsdf, n)?,
             Method::Library(mode) => library.estimate(mode, sampler, (setting, point, &bsdf), pass, n)?,
             Method::Limit(limit) => {
                 if *dense_for != Some((point.pixel, point.hit)) {

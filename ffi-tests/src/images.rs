@@ -33,17 +33,9 @@ impl Sheet {
         Sheet::of_panels([columns, rows], [WIDTH, HEIGHT], mean)
     }
 
-    /// The same with two lines of letters above each panel.
-    pub fn labelled(columns: u32, rows: u32, mean: f64) -> Sheet {
-        Sheet::of([columns, rows], [WIDTH, HEIGHT], 2 * LINE + 4, mean)
-    }
-
     /// A sheet of so many columns and rows of panels of a size.
-    pub fn of_panels(count: [u32; 2], panel: [u32; 2], mean: f64) -> Sheet {
-        Sheet::of(count, panel, LINE + 4, mean)
-    }
-
-    fn of([columns, rows]: [u32; 2], panel: [u32; 2], strip: u32, mean: f64) -> Sheet {
+    pub fn of_panels([columns, rows]: [u32; 2], panel: [u32; 2], mean: f64) -> Sheet {
+        let strip = LINE + 4;
         let size = [columns * (panel[0] + GAP) - GAP, rows * (panel[1] + strip + GAP) - GAP];
         Sheet { image: RgbImage::from_pixel(size[0], size[1], Rgb([255; 3])), panel, strip, mean }
     }

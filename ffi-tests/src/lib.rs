@@ -37,6 +37,7 @@ pub mod peers;
 pub mod piecewise;
 pub mod points;
 pub mod pool;
+pub mod portal;
 pub mod processor;
 pub mod product;
 pub mod reference;

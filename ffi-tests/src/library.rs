@@ -10,6 +10,7 @@ use crate::peers::halves;
 use crate::scene::ShadingPoint;
 use crate::setting::{Sampler, Setting};
 use std::cell::RefCell;
+use wide::CmpGt;
 
 /// A way to use the library.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,6 +21,10 @@ pub enum Mode {
     Shared,
     /// The rays of wis_direct with the client's own BRDF as `target`.
     Target,
+    /// The rays of wis_direct with the portals of the room.
+    Portals,
+    /// The same, where nothing comes from elsewhere.
+    Complete,
     /// Samples of the product.
     Product,
     /// Half of the product and half of the BRDF, by the balance heuristic: classic MIS.
@@ -30,14 +35,24 @@ pub enum Mode {
 
 impl Mode {
     /// What the report measures.
-    pub const ALL: [Mode; 6] =
-        [Mode::Direct, Mode::Shared, Mode::Target, Mode::Product, Mode::ProductMis, Mode::Earlier];
+    pub const ALL: [Mode; 8] = [
+        Mode::Direct,
+        Mode::Shared,
+        Mode::Target,
+        Mode::Portals,
+        Mode::Complete,
+        Mode::Product,
+        Mode::ProductMis,
+        Mode::Earlier,
+    ];
 
     pub fn name(self) -> &'static str {
         match self {
             Mode::Direct => "direct",
             Mode::Shared => "direct, shared",
             Mode::Target => "direct, target",
+            Mode::Portals => "direct, portals",
+            Mode::Complete => "direct, complete portals",
             Mode::Product => "product",
             Mode::ProductMis => "product + MIS",
             Mode::Earlier => earlier::NAME,
@@ -71,11 +86,11 @@ impl Library {
     /// # Errors
     /// Those of the library.
     pub fn new(setting: &Setting, hits: usize) -> client::Result<Library> {
-        let sampler = RefCell::new(environment::Sampler::new(RAYS, setting.candidates, 0)?);
-        let shares = environment::Sampler::new(RAYS, setting.candidates, hits)?;
+        let sampler = RefCell::new(environment::Sampler::new(RAYS, 0, 0)?);
+        let shares = environment::Sampler::new(RAYS, 0, hits)?;
         let (product, rays, lobes) = (Block::new(0), Vec::new(), setting.material.lobes());
         let material = environment::material(&lobes)?;
-        let earlier = earlier::Sampler::new(RAYS, setting.candidates, hits, &lobes)?;
+        let earlier = earlier::Sampler::new(RAYS, 0, hits, &lobes)?;
         Ok(Library { sampler, shares, material, product, earlier, rays })
     }
 
@@ -93,13 +108,19 @@ impl Library {
     ) -> client::Result<()> {
         let Library { sampler: own, shares, material, product, earlier, rays } = self;
         let mut at = setting.material.point(point, material);
+        let mut portals = [raw::wis_portal::default(); raw::WIS_MAX_PORTALS as usize];
         match mode {
-            Mode::Direct | Mode::Shared | Mode::Target => {
+            Mode::Direct | Mode::Shared | Mode::Target | Mode::Portals | Mode::Complete => {
                 // A repeat has another seed, as another pixel has.
                 (at.seed, at.sample) = (client::pixel_seed(point.pixel, pass), point.hit);
                 let own = if mode == Mode::Shared { shares } else { own.get_mut() };
                 if point.hit == 0 {
                     own.begin_pixel()?;
+                }
+                if let (Mode::Portals | Mode::Complete, Some(room)) = (mode, setting.room) {
+                    portals.iter_mut().zip(&room.portals).for_each(|(to, portal)| *to = portal.at(point.origin));
+                    (at.portals, at.portal_count) = (portals.as_ptr(), room.portals.len() as u32);
+                    at.flags |= if mode == Mode::Complete { raw::WIS_POINT_PORTALS_COMPLETE } else { 0 };
                 }
                 rays.resize(n, Default::default());
                 let mut weigh = |wi: &[[f32; 3]], f_cos: &mut [f32]| {
@@ -129,7 +150,7 @@ impl Library {
             }
             Mode::ProductMis => {
                 let density = Light::product(setting.tables, own, &at, product)?;
-                sampler.density_mis(&density, setting, bsdf, n)
+                sampler.density_mis(&density, setting, bsdf, n, false)
             }
         }
     }
@@ -155,7 +176,8 @@ impl Sampler {
         Ok(())
     }
 
-    /// Half of a density and half of the BRDF, by the balance heuristic, as [`halves`] has it.
+    /// Half of a density and half of the BRDF, by the balance heuristic, as [`halves`] has it. Where the density is all that counts,
+    /// samples of the BRDF outside of it bring nothing.
     ///
     /// # Errors
     /// Those of the library.
@@ -165,6 +187,7 @@ impl Sampler {
         setting: &Setting,
         bsdf: &Bsdf,
         n: usize,
+        is_all: bool,
     ) -> client::Result<()> {
         let counts = halves(n);
         self.batch.from_density(density, counts[0])?;
@@ -172,7 +195,10 @@ impl Sampler {
         self.batch.ask(density)?;
         self.reflect(setting, bsdf);
         let [drawn, scattered] = counts.map(|count| F8::splat(count as f32));
-        self.batch.weigh_by_drawn(|product, bsdf| product * drawn + bsdf * scattered);
+        self.batch.weigh_by_drawn(|density, bsdf| {
+            let counts = if is_all { density.cmp_gt(F8::ZERO) } else { F8::ONE.cmp_gt(F8::ZERO) };
+            counts & (density * drawn + bsdf * scattered)
+        });
         self.take_all();
         Ok(())
     }

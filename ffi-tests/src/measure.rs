@@ -32,6 +32,8 @@ pub struct Effort {
     pub repeats: u32,
     /// Pixels that are timed.
     pub timed: usize,
+    /// With so many of `CACHES`, from the first on.
+    pub caches: usize,
 }
 
 /// What was measured on one scene, light and material.
@@ -144,7 +146,7 @@ pub fn rows(
                 repeats.extend(second);
                 client::Result::Ok(repeats)
             })?;
-            let times = time(scene, setting, method, count, effort.timed)?;
+            let times = time(scene, setting, method, count, effort.timed, effort.caches)?;
             rows.push(Row { method: method.name(), count, times, repeats });
         }
     }
@@ -279,8 +281,7 @@ fn max_weight(scene: &Scene, setting: &Setting) -> client::Result<f64> {
 fn candidates(scene: &Scene, setting: &Setting, rays: usize) -> client::Result<f64> {
     const POINTS: usize = 64;
     let lobes = setting.material.lobes();
-    let (mut sampler, material) =
-        (environment::Sampler::new(rays, setting.candidates, 1)?, environment::material(&lobes)?);
+    let (mut sampler, material) = (environment::Sampler::new(rays, 0, 1)?, environment::material(&lobes)?);
     let (mut weighed, mut points, mut ray) = (0, 0, vec![raw::wis_ray::default(); rays]);
     for point in scene.points.iter().step_by(scene.points.len().div_ceil(POINTS)) {
         let (bsdf, mut at) = (Bsdf::new(setting.material, point), setting.material.point(point, &material));

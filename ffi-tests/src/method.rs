@@ -51,11 +51,14 @@ pub const EXTENDED: Peers = Peers {
     ],
 };
 
+/// What a renderer may do in a room.
+const PORTALS: [Peer; 2] = [Peer::Portals, Peer::Windows];
+
 impl Method {
     /// Every peer, every mode of the library, and the limits; version 0.2 if it is there.
     pub fn all() -> impl Iterator<Item = Method> {
         let limits = [Limit::Sampled, Limit::Pooled].into_iter().map(Method::Limit);
-        let peers = EXTENDED.each.iter().copied().map(Method::Peer);
+        let peers = EXTENDED.each.iter().chain(&PORTALS).copied().map(Method::Peer);
         let modes = Mode::ALL.into_iter().filter(|mode| *mode != Mode::Earlier || earlier::is_there());
         peers.chain(modes.map(Method::Library)).chain(limits)
     }
@@ -72,6 +75,8 @@ impl Method {
     /// Whether its mean is the integral.
     pub fn is_unbiased(self) -> bool {
         match self {
+            // Of light from elsewhere nothing counts.
+            Method::Library(Mode::Complete) => false,
             Method::Peer(_) | Method::Library(_) => true,
             // It leaves out what lies in cells whose centre is dark.
             Method::Limit(_) => false,
@@ -80,6 +85,15 @@ impl Method {
 
     pub fn is_limit(self) -> bool {
         matches!(self, Method::Limit(_))
+    }
+
+    /// Whether it is what another is where no portals are.
+    pub fn is_of_rooms(self) -> bool {
+        match self {
+            Method::Peer(peer) => PORTALS.contains(&peer),
+            Method::Library(mode) => matches!(mode, Mode::Portals | Mode::Complete),
+            Method::Limit(_) => false,
+        }
     }
 
     /// The mode, of a method of the library.

@@ -5,6 +5,8 @@ use crate::client;
 use crate::lanes::F8;
 use crate::material::Bsdf;
 use crate::pool::Pick;
+use crate::portal::{Measure, Portals, Uniform};
+use crate::scene::ShadingPoint;
 use crate::setting::{Sampler, Setting};
 use crate::texels::Texels;
 
@@ -27,6 +29,10 @@ pub enum Peer {
     Pool(usize, Candidates),
     /// One sample by the light in each stratum of the map (Agarwal et al. 2003).
     Structured,
+    /// Uniform in the solid angle of portals, and the BRDF, by the balance heuristic.
+    Portals,
+    /// By the window of the map that the point sees through portals, as pbrt-v4 has it, and the BRDF.
+    Windows,
 }
 
 /// Where the half of the candidates comes from that is not the BRDF's.
@@ -60,6 +66,8 @@ impl Peer {
             Peer::Ris(m, candidates) => format!("RIS{m}{}", suffix(candidates)),
             Peer::Pool(k, candidates) => format!("P({k}){}", suffix(candidates)),
             Peer::Structured => "structured".into(),
+            Peer::Portals => "uniform in portals".into(),
+            Peer::Windows => "pbrt-v4's windows".into(),
         }
     }
 }
@@ -86,7 +94,14 @@ impl Sampler {
     ///
     /// # Errors
     /// Those of the library, whose strata structured sampling takes.
-    pub fn peer(&mut self, peer: Peer, setting: &Setting, bsdf: &Bsdf, n: usize) -> client::Result<()> {
+    pub fn peer(
+        &mut self,
+        peer: Peer,
+        setting: &Setting,
+        point: &ShadingPoint,
+        bsdf: &Bsdf,
+        n: usize,
+    ) -> client::Result<()> {
         match peer {
             Peer::Environment => self.environment(setting, bsdf, n),
             Peer::Brdf => self.bsdf(setting, bsdf, n),
@@ -96,6 +111,14 @@ impl Sampler {
             Peer::Ris(m, candidates) => self.resampled(m, candidates.texels(setting), setting, bsdf, n),
             Peer::Pool(k, candidates) => self.pooled(k, candidates.texels(setting), setting, bsdf, n),
             Peer::Structured => self.structured(setting, bsdf, n)?,
+            Peer::Portals => {
+                let portals = setting.room.map_or(&[][..], |room| &room.portals);
+                self.portals(&Uniform::of(portals, point.origin), setting, bsdf, n)?;
+            }
+            Peer::Windows => {
+                let windows = setting.room.map(|room| room.windows(point.origin)).unwrap_or_default();
+                self.portals(&windows, setting, bsdf, n)?;
+            }
         }
         Ok(())
     }
@@ -167,6 +190,24 @@ impl Sampler {
         self.batch.evaluate(bsdf, setting.light, texels, setting.cost);
         let in_group = F8::splat(in_group as f32);
         self.batch.weigh(|_, pdf_light, pdf_bsdf| in_group * (pdf_light + pdf_bsdf));
+    }
+
+    /// Half of the portals and half of the BRDF; all of the BRDF where no portal is seen. Where portals are all, a sample of the BRDF that
+    /// misses them needs no ray.
+    fn portals<M: Measure>(
+        &mut self,
+        portals: &Portals<M>,
+        setting: &Setting,
+        bsdf: &Bsdf,
+        n: usize,
+    ) -> client::Result<()> {
+        let is_complete = setting.room.is_some_and(|room| room.is_complete);
+        match (portals.are_there(), is_complete) {
+            (true, _) => self.density_mis(portals, setting, bsdf, n, is_complete)?,
+            (false, false) => self.bsdf(setting, bsdf, n),
+            (false, true) => (),
+        }
+        Ok(())
     }
 
     /// A sample in each stratum; their sum is the estimate.

@@ -3,7 +3,7 @@
 //! value at its centre times the sine there; for others it has the texels.
 
 use crate::bilinear::{direction, position};
-use crate::client::{self, Density, Failure, raw};
+use crate::client::{self, Density, raw};
 use crate::layout::Layout;
 use crate::light::Light;
 use glam::{Mat3, Vec3};
@@ -114,14 +114,6 @@ impl Density for Piecewise {
         Ok(raw::wis_drawn { wi: (self.map_from_world.transpose() * d).to_array(), pdf })
     }
 
-    fn sample_n(&self, u: &[[f32; 2]], wi: &mut [[f32; 3]], pdf: &mut [f32]) -> client::Result<()> {
-        for ((u, wi), pdf) in u.iter().zip(wi).zip(pdf) {
-            let drawn = self.sample(*u)?;
-            (*wi, *pdf) = (drawn.wi, drawn.pdf);
-        }
-        Ok(())
-    }
-
     fn pdf(&self, wi: [f32; 3]) -> client::Result<f32> {
         let d = self.map_from_world * Vec3::from_array(wi);
         let [column, row] = match self.layout {
@@ -136,18 +128,6 @@ impl Density for Piecewise {
         };
         let [x, y] = [(column, self.size[0]), (row, self.size[1])].map(|(c, n)| ((c * n as f32) as usize).min(n - 1));
         Ok(self.density(self.conditional[y].value[x], d, [column, row]))
-    }
-
-    fn pdf_n(&self, wi: &[[f32; 3]], pdf: &mut [f32]) -> client::Result<()> {
-        for (wi, pdf) in wi.iter().zip(pdf) {
-            *pdf = self.pdf(*wi)?;
-        }
-        Ok(())
-    }
-
-    /// Nothing here needs it.
-    fn invert(&self, _: [f32; 3]) -> client::Result<[f32; 2]> {
-        Err(Failure { status: raw::WIS_NOT_BUILT, diagnostic: raw::wis_diagnostic::default() })
     }
 }
 

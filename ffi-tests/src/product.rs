@@ -158,23 +158,8 @@ impl Density for Product {
         Ok(raw::wis_drawn { wi: client::square_direction(point, Some(&self.frame))?, pdf: pdf / (4.0 * PI) })
     }
 
-    fn sample_n(&self, u: &[[f32; 2]], wi: &mut [[f32; 3]], pdf: &mut [f32]) -> client::Result<()> {
-        for ((u, wi), pdf) in u.iter().zip(wi).zip(pdf) {
-            let drawn = self.sample(*u)?;
-            (*wi, *pdf) = (drawn.wi, drawn.pdf);
-        }
-        Ok(())
-    }
-
     fn pdf(&self, wi: [f32; 3]) -> client::Result<f32> {
         Ok(self.tree.pdf(client::square_point(wi, Some(&self.frame))?)? / (4.0 * PI))
-    }
-
-    fn pdf_n(&self, wi: &[[f32; 3]], pdf: &mut [f32]) -> client::Result<()> {
-        wi.iter().zip(pdf).try_for_each(|(wi, pdf)| {
-            *pdf = self.pdf(*wi)?;
-            Ok(())
-        })
     }
 
     fn invert(&self, wi: [f32; 3]) -> client::Result<[f32; 2]> {

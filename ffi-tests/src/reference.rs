@@ -1,4 +1,4 @@
-//! References: multiple importance sampling of light, BRDF and the uniform sphere, in two independent halves, kept in
+//! References: multiple importance sampling of light, BRDF, the uniform sphere and portals, in two independent halves, kept in
 //! files. The product under test has no part in them.
 
 use crate::batch::{Batch, Stream};
@@ -6,6 +6,7 @@ use crate::client;
 use crate::cost::Cost;
 use crate::lanes::{F8, V8, sin_cos_turn};
 use crate::material::Bsdf;
+use crate::portal::{Portals, Uniform};
 use crate::scene::{Scene, ShadingPoint};
 use crate::setting::Setting;
 use anyhow::Result;
@@ -100,9 +101,10 @@ fn add(scene: &Scene, setting: &Setting, pass: u32, turns: Range<u32>, half: &mu
     let mut batch = Batch::default();
     for (point, sum) in scene.points.iter().zip(half) {
         let bsdf = Bsdf::new(setting.material, point);
+        let portals = Uniform::of(&scene.portals, point.origin);
         for turn in turns.clone() {
             batch.begin(point.pixel, pass.wrapping_add(point.hit), turn);
-            add_block(&mut batch, scene, setting, point, &bsdf, sum)?;
+            add_block(&mut batch, scene, setting, (point, &bsdf, &portals), sum)?;
         }
     }
     Ok(())
@@ -113,15 +115,19 @@ fn add_block(
     batch: &mut Batch,
     scene: &Scene,
     setting: &Setting,
-    point: &ShadingPoint,
-    bsdf: &Bsdf,
+    (point, bsdf, portals): (&ShadingPoint, &Bsdf, &Portals<Uniform>),
     sum: &mut [f64; 2],
 ) -> client::Result<()> {
+    if portals.are_there() {
+        batch.from_density(portals, BLOCK)?;
+    }
     batch.from_texels(setting.plain, setting.light, BLOCK);
     batch.from_bsdf(bsdf, BLOCK);
     batch.from_map(Stream::Uniform, BLOCK, uniform_sphere);
     batch.evaluate(bsdf, setting.light, setting.plain, Cost::CHEAP);
-    batch.weigh(|_, pdf_light, pdf_bsdf| pdf_light + pdf_bsdf + F8::splat(0.25 / PI));
+    let through = if portals.are_there() { batch.ask(portals)? } else { &[] }.to_vec();
+    let through = |i: usize| F8::new(std::array::from_fn(|k| through.get(i + k).copied().unwrap_or(0.0)));
+    batch.weigh(|i, pdf_light, pdf_bsdf| pdf_light + pdf_bsdf + F8::splat(0.25 / PI) + through(i));
     for i in (0..batch.len()).filter(|&i| batch.reflected(i) > 0.0) {
         let value = f64::from(batch.reflected(i));
         sum[0] += if scene.visible(point, batch.wi().get(i)) { value } else { 0.0 };

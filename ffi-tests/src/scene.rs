@@ -5,6 +5,7 @@ use crate::cost::Cost;
 use crate::embree::{Hit, Tracer};
 use crate::mesh::Mesh;
 use crate::points;
+use crate::portal::Portal;
 use anyhow::{Result, bail};
 use glam::{Mat3, Vec3};
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -39,6 +40,9 @@ pub struct Scene {
     pub points: Vec<ShadingPoint>,
     /// Hits of a pixel.
     pub hits: usize,
+    /// What light comes through, and whether none comes from elsewhere.
+    pub portals: Vec<Portal>,
+    pub is_closed: bool,
 }
 
 /// How the camera looks at a scene.
@@ -77,7 +81,7 @@ impl Scene {
     /// # Errors
     /// Nothing is seen.
     pub fn room(mesh: Mesh, view: View) -> Result<Scene> {
-        Scene::of("room", &Stage::indoors(mesh), view)
+        Scene::of("room", &Stage::indoors(mesh, &[WINDOW]), view)
     }
 
     /// Meshes on a ground plane, turned about the axis that points up.
@@ -121,7 +125,8 @@ impl Scene {
             bail!("scene {name}: no shading points");
         }
         let name = if hits > 1 { format!("{name}, {hits} hits") } else { name.into() };
-        Ok(Scene { name, tracer, points, hits })
+        let (portals, is_closed) = (stage.portals.clone(), stage.is_closed);
+        Ok(Scene { name, tracer, points, hits, portals, is_closed })
     }
 
     /// Tells scenes apart by their shading points.
@@ -157,11 +162,14 @@ pub struct Stage {
     is_smooth: bool,
     eye: Vec3,
     target: Vec3,
+    portals: Vec<Portal>,
+    is_closed: bool,
 }
 
 impl Stage {
     fn of(meshes: Vec<Mesh>) -> Stage {
-        Stage { meshes, is_smooth: false, eye: Vec3::new(1.1, -2.4, 1.0), target: Vec3::new(0.0, 0.0, 0.42) }
+        let (eye, target) = (Vec3::new(1.1, -2.4, 1.0), Vec3::new(0.0, 0.0, 0.42));
+        Stage { meshes, is_smooth: false, eye, target, portals: Vec::new(), is_closed: false }
     }
 
     /// A mesh on a ground plane.
@@ -169,29 +177,60 @@ impl Stage {
         Stage::of(vec![Mesh::ground(4.0), mesh])
     }
 
+    /// The same with portals, which are not all that light comes through.
+    pub fn with_portals(self, portals: Vec<Portal>) -> Stage {
+        Stage { portals, is_closed: false, ..self }
+    }
+
     /// The same seen from a share of the distance, with a target of its own.
     pub fn close_up(self, target: Vec3, share: f32) -> Stage {
         Stage { eye: target + (self.eye - self.target) * share, target, ..self }
     }
 
-    /// A mesh in a room of 4 x 4 x 2.4 with a window of 1.6 x 1.1 to the right of the camera.
-    fn indoors(mesh: Mesh) -> Stage {
+    /// A mesh in a room of 4 x 4 x 2.4 whose only light comes through `openings`, each of which has a portal.
+    pub fn indoors(mesh: Mesh, openings: &[Opening]) -> Stage {
         let block = |low: [f32; 3], high: [f32; 3]| Mesh::block(Vec3::from_array(low), Vec3::from_array(high));
-        let walls = vec![
-            Mesh::ground(2.2),
-            block([-2.2, -2.2, 2.4], [2.2, 2.2, 2.6]),
-            block([-2.2, -2.2, 0.0], [-2.0, 2.2, 2.4]),
-            block([-2.2, 2.0, 0.0], [2.2, 2.2, 2.4]),
-            block([-2.2, -2.2, 0.0], [2.2, -2.0, 2.4]),
-            block([2.0, -2.2, 0.0], [2.2, -0.8, 2.4]),
-            block([2.0, 0.8, 0.0], [2.2, 2.2, 2.4]),
-            block([2.0, -0.8, 0.0], [2.2, 0.8, 0.7]),
-            block([2.0, -0.8, 1.8], [2.2, 0.8, 2.4]),
-            mesh,
-        ];
-        Stage { eye: Vec3::new(-0.4, -1.9, 1.2), target: Vec3::new(0.1, 0.2, 0.55), ..Stage::of(walls) }
+        let mut walls = vec![mesh, Mesh::ground(2.2), block([-2.2, -2.2, 2.4], [2.2, 2.2, 2.6])];
+        let mut portals = Vec::new();
+        for wall in 0..4 {
+            // Walls are made at +x and turned; openings stand from one end to the other.
+            let turn = Mat3::from_cols_array(&[0.0, 1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
+            let turned = |v: Vec3| (0..wall).fold(v, |v, _| turn * v);
+            let mut add = |low: [f32; 3], high: [f32; 3]| {
+                let mut mesh = block(low, high);
+                mesh.vertices.iter_mut().for_each(|v| *v = turned(*v));
+                walls.push(mesh);
+            };
+            let mut from = -2.2;
+            for &Opening { across: [left, right], up: [sill, lintel], .. } in
+                openings.iter().filter(|opening| opening.wall == wall)
+            {
+                add([2.0, from, 0.0], [2.2, left, 2.4]);
+                add([2.0, left, lintel], [2.2, right, 2.4]);
+                if sill > 0.0 {
+                    add([2.0, left, 0.0], [2.2, right, sill]);
+                }
+                let edges = [Vec3::Z * (lintel - sill), Vec3::Y * (right - left)].map(turned);
+                portals.push(Portal { corner: turned(Vec3::new(2.0, left, sill)), edges });
+                from = right;
+            }
+            add([2.0, from, 0.0], [2.2, 2.2, 2.4]);
+        }
+        let (eye, target) = (Vec3::new(-0.4, -1.9, 1.2), Vec3::new(0.1, 0.2, 0.55));
+        Stage { eye, target, portals, is_closed: true, ..Stage::of(walls) }
     }
 }
+
+/// An opening in a wall of a room: of those at +x, +y, -x and -y the first to the fourth, from one end to the other.
+#[derive(Clone, Copy)]
+pub struct Opening {
+    pub wall: usize,
+    pub across: [f32; 2],
+    pub up: [f32; 2],
+}
+
+/// A window of 1.6 x 1.1 to the right of the camera.
+pub const WINDOW: Opening = Opening { wall: 0, across: [-0.8, 0.8], up: [0.7, 1.8] };
 
 fn name_of(path: &Path) -> String {
     path.file_stem().and_then(|n| n.to_str()).unwrap_or("mesh").into()

@@ -10,6 +10,7 @@ use crate::environment;
 use crate::light::Light;
 use crate::material::{Bsdf, Material};
 use crate::pool::{Curve, Pick};
+use crate::portal::Room;
 use crate::scene::{Scene, ShadingPoint};
 use crate::stratified::Stratified;
 use crate::texels::Texels;
@@ -50,8 +51,8 @@ pub struct Setting<'a> {
     pub compensated: &'a Texels,
     pub strata: &'a Stratified,
     pub grid: &'a Grid,
-    /// Candidates for each ray of wis_direct; 0: the library's choice.
-    pub candidates: usize,
+    /// The portals of the scene, if it has any.
+    pub room: Option<&'a Room>,
     /// What the client spends besides.
     pub cost: Cost,
 }
@@ -60,8 +61,13 @@ impl<'a> Setting<'a> {
     pub fn new(lit: &'a Lit<'a>, material: &'a Material) -> Setting<'a> {
         let Lit { light, tables, plain, compensated, strata, grid, .. } = lit;
         let earlier = lit.earlier.as_ref();
-        let (candidates, cost) = (0, Cost::CHEAP);
-        Setting { light, tables, earlier, material, plain, compensated, strata, grid, candidates, cost }
+        let (room, cost) = (None, Cost::CHEAP);
+        Setting { light, tables, earlier, material, plain, compensated, strata, grid, room, cost }
+    }
+
+    /// The same in a room.
+    pub fn within(&self, room: Option<&'a Room>) -> Setting<'a> {
+        Setting { room, ..*self }
     }
 
     /// The same at another cost.

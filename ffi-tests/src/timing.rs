@@ -40,7 +40,7 @@ thread_local! {
     static OTHERS: RefCell<Others> = RefCell::default();
 }
 
-/// The mean over some pixels of a scene, evenly spread, with each of `CACHES`.
+/// The mean over some pixels of a scene, evenly spread, with the first so many of `CACHES`.
 ///
 /// # Errors
 /// Those of the library.
@@ -50,6 +50,7 @@ pub fn time(
     method: Method,
     count: usize,
     pixels: usize,
+    kept: usize,
 ) -> client::Result<[Times; CACHES.len()]> {
     let all = scene.points.len() / scene.hits;
     let pixels: Vec<usize> = (0..pixels.min(all)).map(|i| i * all / pixels.min(all)).collect();
@@ -57,7 +58,7 @@ pub fn time(
     let mut times = [const { [const { Vec::new() }; MODELS.len()] }; CACHES.len()];
     // The first pixel finds memory that was never written and calls that were never bound.
     stopwatch.pixel(scene, setting, MODELS[0].1, (method, count), 0, WARM)?;
-    for (caches, times) in times.iter_mut().enumerate() {
+    for (caches, times) in times.iter_mut().enumerate().take(kept) {
         for (number, &pixel) in pixels.iter().enumerate() {
             for ((_, cost), times) in MODELS.into_iter().zip(&mut *times) {
                 let between = if caches == RENDERER { RENDERER } else { WARM };
@@ -138,6 +139,9 @@ fn ns(from: Instant, to: Instant) -> f64 {
 
 /// The mean for a hit, without interrupted pixels.
 fn mean(times: &[Time], hits: usize) -> Time {
+    if times.is_empty() {
+        return Time::default();
+    }
     let typical = median(&times.iter().map(Time::ns).collect::<Vec<_>>());
     let kept: Vec<&Time> = times.iter().filter(|time| time.ns() <= INTERRUPTED * typical).collect();
     let mean = |of: fn(&Time) -> f64| kept.iter().map(|time| of(time)).sum::<f64>() / (kept.len() * hits) as f64;
@@ -181,7 +185,7 @@ mod tests {
                 traced += picks.iter().filter(|pick| point.normal.dot(pick.wi) > 0.0).count();
             }
             let rays = traced as f64 / scene.points.len() as f64;
-            let [_, [cheap, expensive], _] = time(&scene, &setting, method, count, 64).unwrap();
+            let [_, [cheap, expensive], _] = time(&scene, &setting, method, count, 64, CACHES.len()).unwrap();
             let (sampling, tracing) = (expensive.sampling - cheap.sampling, expensive.rays - cheap.rays);
             println!("{count}: {cheap:?} {expensive:?}, {rays} rays");
             let asked = [150.0 * count as f64, 500.0 * rays];

@@ -41,15 +41,8 @@ impl Image {
         self.texels.chunks_exact(self.channels as usize).map(texel).collect()
     }
 
-    /// The integral of luminance over the sphere, as a client sees it that looks texels up without a filter.
-    pub fn power_nearest(&self) -> f64 {
-        let rows = self.luminance();
-        let rows = rows.chunks_exact(self.width as usize).zip(0u32..);
-        rows.map(|(row, y)| row.iter().sum::<f64>() * self.solid_angle(y)).sum()
-    }
-
-    /// The same of the averages over texels of what a bilinear look-up gives: [1 6 1] / 8 along each axis; azimuth
-    /// wraps, rows mirror over the poles.
+    /// The integral over the sphere of the averages over texels of what a bilinear look-up gives: [1 6 1] / 8 along each axis;
+    /// azimuth wraps, rows mirror over the poles.
     pub fn power(&self) -> f64 {
         let (texels, w, h) = (self.luminance(), i64::from(self.width), i64::from(self.height));
         let texel = |x: i64, y: i64| {

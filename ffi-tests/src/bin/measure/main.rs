@@ -4,8 +4,8 @@ mod goals;
 mod light;
 mod passes;
 mod report;
+mod rooms;
 mod speed;
-mod tuning;
 
 use clap::{Args, Parser};
 use std::path::PathBuf;
@@ -16,9 +16,10 @@ enum Instrument {
     Light(light::Options),
     /// Rendering in passes of one ray at a hit, with and without a visibility cache
     Passes(Output),
+    /// Rooms with portals beside what renderers do there
+    Rooms(Output),
     /// What one process can decide beside version 0.2
     Goals(Output),
-    Tuning(tuning::Options),
 }
 
 #[derive(Args)]
@@ -35,7 +36,7 @@ fn main() -> anyhow::Result<()> {
         Instrument::Report(options) => report::run(options),
         Instrument::Light(options) => light::run(options),
         Instrument::Passes(of) => passes::run(&of.page, of.quick),
+        Instrument::Rooms(of) => rooms::run(&of.page, of.quick),
         Instrument::Goals(of) => goals::run(&of.page, of.quick),
-        Instrument::Tuning(options) => tuning::run(options),
     }
 }

@@ -1,7 +1,7 @@
 //! What a visibility cache brings in a renderer that works in passes of one ray at a hit.
 
 mod cache;
-mod page;
+pub mod page;
 
 use anyhow::{Result, ensure};
 use cache::Cache;
@@ -91,7 +91,7 @@ fn cell((scene, judged): (&Scene, &Scene), setting: &Setting, quick: bool) -> Re
         let mut sum = 0.0;
         for repeat in 0..REPEATS {
             for (model, taken) in taken.iter_mut().enumerate() {
-                let (estimates, time) = passes(scene, &setting.at(MODELS[model].1), with == 1, repeat)?;
+                let (estimates, time) = passes(scene, &setting.at(MODELS[model].1), [with == 1, false], repeat)?;
                 taken.push(time);
                 if model > 0 {
                     continue;
@@ -113,8 +113,8 @@ fn cell((scene, judged): (&Scene, &Scene), setting: &Setting, quick: bool) -> Re
     Ok(Cell { name, rendered, all, points, errors, times })
 }
 
-/// The image of all passes but the first, and the nanoseconds for a point and a pass.
-fn passes(scene: &Scene, setting: &Setting, with: bool, repeat: u32) -> Result<(Vec<f64>, f64)> {
+/// The image of all passes but the first, and the nanoseconds for a point and a pass, with or without a cache and portals.
+pub fn passes(scene: &Scene, setting: &Setting, [with, portals]: [bool; 2], repeat: u32) -> Result<(Vec<f64>, f64)> {
     let made = material(&setting.material.lobes())?;
     let (mut sampler, mut cache) = (Sampler::new(1, 0, 0)?, Cache::new()?);
     let mut image = vec![0.0; scene.points.len()];
@@ -129,6 +129,10 @@ fn passes(scene: &Scene, setting: &Setting, with: bool, repeat: u32) -> Result<(
             (point.seed, point.sample) = (pixel_seed(place.pixel, repeat), pass);
             if with {
                 cache.lend(place, &mut point)?;
+            }
+            let here: Vec<_> = scene.portals.iter().map(|portal| portal.at(place.origin)).collect();
+            if portals {
+                (point.portals, point.portal_count) = (here.as_ptr(), here.len() as u32);
             }
             let mut rays = [raw::wis_ray::default()];
             let count = sampler.direct(setting.tables, &point, &mut rays)?;

@@ -1,7 +1,7 @@
 //! Measures how well the library samples beside other ways, and writes a page with tables, plots and pictures. Cells that were
 //! measured before with the same programs are read from the cache, so a run that was stopped goes on where it was.
 
-mod gains;
+pub mod gains;
 mod goals;
 mod losses;
 mod plots;
@@ -15,9 +15,11 @@ use indicatif::{ProgressBar, ProgressStyle};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::PathBuf;
 use studies::Study;
+use wis_ffi_tests::caches::CACHES;
 use wis_ffi_tests::measure::{Cell, Effort, measure};
 use wis_ffi_tests::method::Method;
 use wis_ffi_tests::page::{self, Page};
+use wis_ffi_tests::portal::Room;
 use wis_ffi_tests::reference::Reference;
 use wis_ffi_tests::scene::Scene;
 use wis_ffi_tests::setting::{Lit, Setting};
@@ -80,9 +82,10 @@ impl Bench {
         for light in &study.lights {
             let light = if study.bilinear { light.clone().bilinear() } else { light.clone() };
             let lit = Lit::new(&light).with_context(|| format!("light {}", light.name))?;
+            let room = Room::new(&study.scene.portals, study.scene.is_closed, &light);
             for material in &study.materials {
                 progress.set_message(format!("{}, {}, {}", study.name, light.name, material.name));
-                let setting = Setting::new(&lit, material);
+                let setting = Setting::new(&lit, material).within(room.as_ref());
                 if self.references {
                     self.reference(&study.scene, &setting, self.most_of(&setting))?;
                 } else {
@@ -98,12 +101,14 @@ impl Bench {
         let (measured, most) = (setting.material.measured.is_some(), self.most_of(setting));
         let is_shared = study.scene.hits > 1;
         let kept = |m: &Method| {
-            (study.limit && !measured || !m.is_limit()) && m.mode().is_none_or(|mode| mode.differs(is_shared, measured))
+            (study.limit && !measured || !m.is_limit())
+                && m.mode().is_none_or(|mode| mode.differs(is_shared, measured))
+                && (setting.room.is_some() || !m.is_of_rooms())
         };
         let named = |name: &String| study.only.is_empty() || study.only.contains(&name.as_str());
         let methods = Method::all().filter(kept).map(Method::name).filter(named).collect();
         let (counts, repeats) = (study.counts.clone(), self.repeats * study.repeats);
-        let effort = Effort { methods, counts, repeats, timed: study.timed };
+        let effort = Effort { methods, counts, repeats, timed: study.timed, caches: CACHES.len() };
         let inputs = inputs(&study.scene, setting, most);
         let key = hash(&(study.name, inputs, format!("{effort:?}"), programs()?));
         let file = self.cache.join(format!("cell-{key:016x}.json"));

@@ -50,7 +50,7 @@ impl Situation {
     }
 }
 
-const SITUATIONS: [Situation; 15] = [
+const SITUATIONS: [Situation; 17] = [
     Situation::of("one shadow ray per hit", "`wis_direct`", MAIN, "direct", 1),
     Situation::of("4 rays per hit", "`wis_direct`", MAIN, "direct", 4),
     Situation::of("16 rays per hit", "`wis_direct`", MAIN, "direct", 16),
@@ -70,6 +70,14 @@ const SITUATIONS: [Situation; 15] = [
     Situation::of("looks up the nearest texel, 4 rays", "`WIS_FILTER_NEAREST`, `wis_direct`", NEAREST, "direct", 4),
     Situation::of("dense mesh, interpolated normals, 4 rays", "`wis_direct`", SMOOTH, "direct", 4),
     Situation::of("a room with one window, 4 rays", "`wis_direct`", ROOM, "direct", 4),
+    Situation::of("the same, with a portal", "`wis_direct`, `portals`", ROOM, "direct, portals", 4),
+    Situation::of(
+        "the same, all light through it",
+        "`WIS_POINT_PORTALS_COMPLETE`",
+        ROOM,
+        "direct, complete portals",
+        4,
+    ),
     Situation::of("measured BRDFs that no lobe describes, 4 rays", "`wis_direct`", MEASURED, "direct", 4),
     Situation::of("the same, handed over as a target", "`wis_direct`, `target`", MEASURED, "direct, target", 4),
 ];
@@ -384,8 +392,8 @@ fn by_maps(main: &[&Cell], lights: &[String]) -> Vec<Part> {
         if names.is_empty() { "none".into() } else { names.join(", ") }
     };
     let text = format!(
-        "Development maps: {}. Judged maps: {}. The light \"{SUN}\" is made by the project. `make tuning` tries constants against \
-         other values on development maps alone. Below: gains of `direct` on both groups, expensive costs, a renderer's caches. A library \
+        "Development maps: {}. Judged maps: {}. The light \"{SUN}\" is made by the project. Constants were chosen on development maps alone. \
+         Below: gains of `direct` on both groups, expensive costs, a renderer's caches. A library \
          that fits its development maps alone would be behind on the others.",
         list(&is_developer),
         list(&|light| !is_developer(light) && light != SUN),

@@ -1,0 +1,202 @@
+//! The page: verdicts first, then the tables that they come from.
+
+use super::METHODS;
+use super::passes::{Passes, WAYS};
+use super::several::Several;
+use crate::report::gains::{METRICS, Scale, distinct, geometric_mean, over, row};
+use anyhow::Result;
+use wis_ffi_tests::cost::MODELS;
+use wis_ffi_tests::measure::Cell;
+use wis_ffi_tests::page::{Page, Part, Table, times};
+
+/// Goals, absolute and relative: over MIS without portals, and over MIS with a uniform sample of the portals.
+const OVER_MIS: [f64; 2] = [10.0, 10.0];
+const OVER_UNIFORM: [f64; 2] = [4.0, 1.2];
+/// What one call for several environments must save to be worth its code: a third of the error at equal time.
+const SAVES: f64 = 1.5;
+
+/// What calls are compared with.
+const RIVALS: [&str; 5] = ["MIS balance", "MIS compensated", "uniform in portals", "pbrt-v4's windows", "direct"];
+const OURS: [&str; 3] = ["direct", "direct, portals", "direct, complete portals"];
+/// Scenes that light comes into by portals alone.
+const ROOMS: [&str; 4] = ["one window", "a small window", "three windows and a door", "sun through the window"];
+
+/// The gain of a method over another, as the geometric mean over some cells.
+fn gain(cells: &[&Cell], ours: &str, theirs: &str, rays: usize, scale: Scale) -> f64 {
+    geometric_mean(cells.iter().filter_map(|cell| over(cell, ours, theirs, rays, scale)).map(|gain| gain[0]))
+}
+
+fn within<'a>(cells: &'a [Cell], scene: &str) -> Vec<&'a Cell> {
+    cells.iter().filter(|cell| cell.scene == scene).collect()
+}
+
+pub fn page(cells: &[Cell], passes: &[Passes], several: &[Several]) -> Result<Page> {
+    let scenes = distinct(cells.iter().map(|cell| &cell.scene));
+    let lights = distinct(cells.iter().map(|cell| &cell.light)).join(", ");
+    let mut parts = vec![
+        Part::List(verdicts(cells, several)),
+        Part::Text(
+            "Gain: how many times lower the variance is at equal time, as the geometric mean over lights and materials. Above 1, `wis_direct` is \
+             better. Absolute error weighs bright points, relative error weighs all points alike. Cheap and expensive: what a ray and an \
+             evaluation cost, as in [report.md](report.md). Portals: rectangles in `wis_point`. Complete: with `WIS_POINT_PORTALS_COMPLETE`."
+                .into(),
+        ),
+        Part::Table(summary(cells, &scenes, &[4])),
+        Part::Heading("Passes of one ray, with a visibility cache".into()),
+        Part::Text(
+            "The room with one window, 16 passes over an image. Gain over rays with neither. The visibility cache learns from earlier passes."
+                .into(),
+        ),
+        Part::Table(of_passes(passes)),
+        Part::Heading("Several environments".into()),
+        Part::Text(
+            "Gain of one call for the sum of some maps over a call for each, in the open. One call for several environments could not be better: \
+             its candidates would have the density of that sum, and each would be looked up in all maps. What counts is 1.5x and more."
+                .into(),
+        ),
+        Part::Table(of_several(several)),
+        Part::Heading("1 and 16 rays".into()),
+        Part::Table(summary(cells, &scenes, &[1, 16])),
+        Part::Heading("Each light and material".into()),
+        Part::Text("4 rays, cheap. Gains over MIS balance.".into()),
+        Part::Table(each(cells)),
+    ];
+    parts.push(Part::Heading("How it was measured".into()));
+    parts.push(Part::List(vec![
+        format!("Lights: {lights}. Materials: Lambert, GGX 0.2, a mix with GGX 0.1. 240 points, 8 repeats, caches of a renderer."),
+        "A room of 4 x 4 x 2.4 with a cow in it. The small window is 20 x 15 degrees wide from its middle. A portal faces away: its edges are exchanged.".into(),
+        "MIS: one half of the samples from the light or the portals, one half from the BRDF, balance heuristic; for one ray one of each.".into(),
+        "Uniform in portals: uniform in solid angle, portals by solid angle. pbrt-v4's windows: the map over the angles along both edges of a portal, \
+         512 x 512 cells with summed areas; the window that the point sees is sampled by its light, portals by what comes through each.".into(),
+        "In closed rooms neither traces samples of the BRDF that miss all portals. References hold light, BRDF, the uniform sphere and portals.".into(),
+    ]));
+    Page::measured("Rooms: portals", parts, "rooms")
+}
+
+fn verdict(reached: bool) -> &'static str {
+    if reached { "reached" } else { "**missed**" }
+}
+
+fn verdicts(cells: &[Cell], several: &[Several]) -> Vec<String> {
+    let rooms: Vec<&Cell> = cells.iter().filter(|cell| ROOMS.contains(&cell.scene.as_str())).collect();
+    let both = |theirs: &str, ours: &str, model: usize| {
+        Scale::of_model(model).map(|scale| gain(&rooms, ours, theirs, 4, scale))
+    };
+    let says = |[a, b]: [f64; 2]| format!("{} absolute and {} relative", times(a), times(b));
+    let mut list = Vec::new();
+    for (theirs, name, goal) in [
+        ("MIS balance", "MIS without portals", OVER_MIS),
+        ("uniform in portals", "MIS with a uniform sample of the portals", OVER_UNIFORM),
+        ("pbrt-v4's windows", "pbrt-v4's windows", [1.0; 2]),
+    ] {
+        let found = [0, 1].map(|model| both(theirs, "direct, complete portals", model));
+        let reached = found.iter().all(|gains| gains.iter().zip(goal).all(|(gain, goal)| *gain >= goal));
+        list.push(format!(
+            "In rooms with portals, 4 rays, over {name}: {} ({}), {} ({}). The goal of {} is {}.",
+            says(found[0]),
+            MODELS[0].0,
+            says(found[1]),
+            MODELS[1].0,
+            says(goal),
+            verdict(reached)
+        ));
+    }
+    let without = [0, 1].map(|model| both("MIS balance", "direct", model));
+    let reached = without.iter().flatten().all(|gain| *gain >= 1.0);
+    list.push(format!(
+        "Without portals in the same rooms: {} over MIS ({}), {} ({}). The goal of 1 is {}.",
+        says(without[0]),
+        MODELS[0].0,
+        says(without[1]),
+        MODELS[1].0,
+        verdict(reached)
+    ));
+    let saves: Vec<f64> = several.iter().flat_map(gains_of_sum).collect();
+    list.push(format!(
+        "Several environments: one call for a map of their sum has {} the efficiency of a call for each, and saves a third of the error in {} of {} \
+         cases. Add maps that do not move against each other; no call for several could do better.",
+        times(geometric_mean(saves.iter().copied())),
+        saves.iter().filter(|gain| **gain >= SAVES).count(),
+        saves.len()
+    ));
+    list
+}
+
+/// A line for each scene, number of rays, cost model and call.
+fn summary(cells: &[Cell], scenes: &[String], counts: &[usize]) -> Table {
+    let over = RIVALS.map(|rival| if rival == "direct" { "no portals" } else { rival });
+    let columns = over.iter().flat_map(|rival| METRICS.map(|(metric, _)| format!("{rival}, {metric}")));
+    let head: Vec<String> = ["scene", "rays", "costs", "call"].map(String::from).into_iter().chain(columns).collect();
+    let mut table = Table::new(4, &head);
+    for scene in scenes {
+        let here = within(cells, scene);
+        for &rays in counts {
+            for (model, (costs, _)) in MODELS.into_iter().enumerate() {
+                for ours in OURS.into_iter().filter(|ours| row(here[0], ours, rays).is_some()) {
+                    let words = [scene, &rays.to_string(), costs, ours].map(String::from);
+                    let gains = RIVALS.into_iter().flat_map(|theirs| {
+                        Scale::of_model(model).map(|scale| {
+                            if theirs == ours { "-".into() } else { times(gain(&here, ours, theirs, rays, scale)) }
+                        })
+                    });
+                    table.row(words.into_iter().chain(gains));
+                }
+            }
+        }
+    }
+    table
+}
+
+/// A line for each way and cost model.
+fn of_passes(passes: &[Passes]) -> Table {
+    let mut table = Table::new(2, &["with", "costs", "absolute", "relative", "ns a point and a pass"]);
+    for (way, (name, _)) in WAYS.into_iter().enumerate() {
+        for (model, (costs, _)) in MODELS.into_iter().enumerate() {
+            let gain = |metric: usize| {
+                let cost = |cell: &Passes, way: usize| cell.errors[way][metric] * cell.times[way][model];
+                times(geometric_mean(passes.iter().map(|cell| cost(cell, 0) / cost(cell, way))))
+            };
+            let ns = geometric_mean(passes.iter().map(|cell| cell.times[way][model]));
+            table.row([name.into(), costs.into(), gain(0), gain(1), format!("{ns:.0}")]);
+        }
+    }
+    table
+}
+
+/// In each metric and cost model.
+fn gains_of_sum(of: &Several) -> impl Iterator<Item = f64> {
+    let cost = |way: usize, metric: usize, model: usize| of.errors[way][metric] * of.times[way][model];
+    let places = [0, 1].into_iter().flat_map(|metric| [0, 1].map(|model| (metric, model)));
+    let gains: Vec<f64> = places.map(|(metric, model)| cost(0, metric, model) / cost(1, metric, model)).collect();
+    gains.into_iter()
+}
+
+fn of_several(several: &[Several]) -> Table {
+    let columns = METRICS.iter().flat_map(|(metric, _)| MODELS.map(|(costs, _)| format!("{metric}, {costs}")));
+    let head: Vec<String> =
+        ["environments, material", "rays in all"].map(String::from).into_iter().chain(columns).collect();
+    let mut table = Table::new(2, &head);
+    for of in several {
+        table.row([of.name.clone(), of.rays.to_string()].into_iter().chain(gains_of_sum(of).map(times)));
+    }
+    table
+}
+
+/// A line for each cell.
+fn each(cells: &[Cell]) -> Table {
+    let ours = OURS.iter().flat_map(|ours| METRICS.map(|(metric, _)| format!("{ours}, {metric}")));
+    let head: Vec<String> =
+        ["scene", "light", "material", "visible"].map(String::from).into_iter().chain(ours).collect();
+    let mut table = Table::new(3, &head);
+    for cell in cells {
+        let words =
+            [cell.scene.clone(), cell.light.clone(), cell.material.clone(), format!("{:.1} %", 100.0 * cell.visible)];
+        let gains = OURS.into_iter().flat_map(|ours| {
+            Scale::of_model(0).map(|scale| {
+                over(cell, ours, METHODS[0].name().as_str(), 4, scale).map_or("-".into(), |gain| times(gain[0]))
+            })
+        });
+        table.row(words.into_iter().chain(gains));
+    }
+    table
+}

@@ -1,0 +1,171 @@
+#!/usr/bin/env python3
+"""Runs the path tracer under each lat-long map of a folder and writes its page: pathtracer-page.py PROGRAM MAPS PAGE
+
+Results stay in PAGE.runs, and a file of them in place of MAPS writes the page alone. Two maps run at a time, each in one thread."""
+import glob
+import math
+import os
+import re
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+
+# Every so many pixels of an image of 960 x 560: hits of a pixel are then as near to one another as those of a real image.
+VIEW = ["--width", "24", "--height", "14", "--stride", "40"]
+# What is traced, by name: the arguments, and the most samples of a pixel with random numbers and with a (0,2)-sequence.
+TRACERS = {
+    "paths": (["--repeats", "1", "--reference", "500"], ["256", "256"]),
+    "direct light": (["--depth", "1", "--repeats", "1", "--reference", "1000"], ["256", "1024"]),
+    "spheres": (["--spheres", "1", "--repeats", "2", "--reference", "250"], ["64", "64"]),
+}
+NUMBERS = ["random", "(0,2)-sequence"]
+METRICS = ["absolute", "relative"]
+PATTERNS = ["direct", "alone"]
+BASELINES = ["mis", "compensated"]
+# Goals, absolute and relative: the mean with a (0,2)-sequence of 16 samples and more, and in a path tracer with random numbers.
+GOALS = {"(0,2)-sequence": [3.0, 1.5], "random": [5.5, 3.5]}
+
+
+def runs_of(program, path):
+    lines = []
+    for tracer, (arguments, most) in TRACERS.items():
+        for stratified in (0, 1):
+            command = [program, "--map", path, "--stratified", str(stratified), "--most", most[stratified], *VIEW, *arguments]
+            out = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+            name = os.path.basename(path)[:-4]
+            rows = [line.split() for line in out.splitlines() if re.match(r" *\d+ \w", line)]
+            lines += ["\t".join([tracer, name, NUMBERS[stratified], *row]) for row in rows if len(row) == 8]
+    return lines
+
+
+def measured(program, folder, path):
+    if os.path.isfile(folder):
+        with open(folder, encoding="utf-8") as file:
+            return file.read().splitlines()
+    maps = sorted(m for m in glob.glob(f"{folder}/*.hdr") if "cross" not in m and "probe" not in m)
+    with ThreadPoolExecutor(2) as pool:
+        lines = [line for lines in pool.map(lambda m: runs_of(program, m), maps) for line in lines]
+    with open(f"{path}.runs", "w", encoding="utf-8") as file:
+        file.write("\n".join(lines) + "\n")
+    return lines
+
+
+def table(head, rows):
+    return "\n".join(["| " + " | ".join(cells) + " |" for cells in [head, ["---"] * len(head), *rows]]) + "\n"
+
+
+def mean(values):
+    return math.exp(sum(map(math.log, values)) / len(values))
+
+
+def main(program, folder, path):
+    # Seconds, absolute and relative error, by tracer, map, numbers, samples and method.
+    cells = {}
+    for line in measured(program, folder, path):
+        tracer, name, numbers, samples, method, seconds, _, absolute, relative, _, _ = line.split("\t")
+        cells.setdefault((tracer, name, numbers, int(samples)), {})[method] = [float(x) for x in (seconds, absolute, relative)]
+    names = sorted({key[1] for key in cells})
+
+    def cost(key, method, metric):
+        return cells[key][method][0] * cells[key][method][1 + metric]
+
+    def gain(key, method, metric):
+        return min(cost(key, other, metric) for other in BASELINES) / cost(key, method, metric)
+
+    # An error that is 0 or below is one that the references cannot tell.
+    told = [key for key in cells if all(min(row[1:]) > 0 for row in cells[key].values())]
+
+    def gains(group, method, metric):
+        return [gain(key, method, metric) for key in told if (key[0], key[2], key[3]) == group]
+
+    groups = list(dict.fromkeys((key[0], key[2], key[3]) for key in told))
+    rows, goals = [], []
+    for group in groups:
+        for metric, name in enumerate(METRICS):
+            found = [gains(group, method, metric) for method in PATTERNS]
+            texts = [f"{mean(values):.2f}x ({min(values):.2f}x)" for values in found]
+            rows.append([f"{group[0]}, {group[1]}", str(group[2]), name, *texts])
+    for numbers, goal in GOALS.items():
+        kept = [g for g in groups if g[1] == numbers and (g[2] >= 16 if numbers != "random" else g[0] == "paths")]
+        for metric, name in enumerate(METRICS):
+            found = [value for group in kept for value in gains(group, "direct", metric)]
+            reached = mean(found) >= goal[metric] and (metric == 0 or min(found) >= 1)
+            least = ", and no cell below 1" if metric else ""
+            where = "path tracers" if numbers == "random" else "all tracers with 16 samples and more"
+            goals.append(f"- {numbers}, {where}, {name}: {mean(found):.2f}x, least {min(found):.2f}x. The goal of {goal[metric]}x{least} is "
+                         f"{'reached' if reached else '**missed**'}.")
+    sphere = mean([value for group in groups if group[0] == "spheres" for value in gains(group, "direct", 1)])
+    goals.append(f"- A tracer of spheres whose rays cost 50 ns, relative: {sphere:.2f}x. The goal of 1x is {'reached' if sphere >= 1 else '**missed**'}.")
+
+    losses = []
+    won = {metric: [0, 0] for metric in METRICS}
+    for key in told:
+        for metric, name in enumerate(METRICS):
+            value = gain(key, "direct", metric)
+            won[name] = [won[name][0] + (value > 1), won[name][1] + 1]
+            if value < 1:
+                best = min(BASELINES, key=lambda other: cost(key, other, metric))
+                (seconds, *error), (own, *own_error) = cells[key][best], cells[key]["direct"]
+                losses.append([key[1], f"{key[0]}, {key[2]}", str(key[3]), name, f"{value:.2f}x", f"{gain(key, 'alone', metric):.2f}x",
+                               f"{error[metric] / own_error[metric]:.2f}x", f"{own / seconds:.2f}x"])
+
+    steps = [(16, 64), (64, 256), (256, 1024)]
+    slopes = []
+    for method in BASELINES + PATTERNS:
+        def slope(step):
+            keys = [[("direct light", name, NUMBERS[1], samples) for samples in step] for name in names]
+            found = [[cells[key][method][2] for key in pair] for pair in keys if all(key in told for key in pair)]
+            return sum(math.log(b / a) / math.log(step[1] / step[0]) for a, b in found) / len(found) if found else math.nan
+        slopes.append([method, *[f"{slope(step):.2f}" for step in steps]])
+
+    each = []
+    for key in sorted(told):
+        texts = [" / ".join(f"{gain(key, method, metric):.2f}x" for metric in (0, 1)) for method in PATTERNS]
+        each.append([key[1], f"{key[0]}, {key[2]}", str(key[3]), *texts])
+
+    provenance = subprocess.run(["scripts/provenance.sh", "pathtracer-page"], check=True, capture_output=True, text=True).stdout
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(f"""# Light in a path tracer, at equal time
+
+**Let `wis_direct` bring what exceeds the mean of the map, and BSDF rays the rest.** Against the better of MIS and compensated MIS this wins
+{won['relative'][0]} of {won['relative'][1]} cells in relative error, and {won['absolute'][0]} of {won['absolute'][1]} in absolute error. \
+A cell is a tracer, a map and a number of samples per pixel. {len(cells) - len(told)} cells are left out, whose errors are below
+what the references can tell.
+
+{chr(10).join(goals)}
+
+Efficiency over the better of MIS and compensated MIS: 1 / (mean squared error x time). Geometric mean over {len(names)} maps, in brackets the worst
+map. Above 1 is better. Both MIS take a sample of the light and one of the BSDF at each hit.
+
+{table(["tracer, numbers", "samples", "metric", "direct", "direct alone"], rows)}
+- **direct**: `WIS_POINT_COMPENSATED`, and BSDF rays that leave the scene bring the map up to its mean. In direct light a BSDF ray is traced for it.
+- **direct alone**: `wis_direct` brings all light.
+- **paths**: four hits. **direct light**: one hit. **spheres**: paths without the mesh, whose rays cost 50 ns. A sphere is of GGX 0.05.
+
+## Where it loses
+
+Efficiency below 1. Error: that of the better MIS over that of direct with as many samples. Time: that of direct over that of the better MIS.
+
+{table(["map", "tracer, numbers", "samples", "metric", "direct", "direct alone", "error", "time"], losses) if losses else "In no cell."}
+## Convergence
+
+Slope of log relative error over log samples: direct light, (0,2)-sequence, mean over maps. Independent samples have -1. Steeper is better.
+
+{table(["method", *[f"{a} to {b} samples" for a, b in steps]], slopes)}
+## Each map
+
+Efficiency over the better of MIS and compensated MIS, absolute / relative.
+
+{table(["map", "tracer, numbers", "samples", "direct", "direct alone"], each)}
+## How it was measured
+
+`make pathtracer-page MAPS=folder` wrote this page. The tracer is `scene.h` and `path.h` in `c-examples/pathtracer`: spheres, a mesh of 115,200
+triangles, Lambert, GGX of 0.05, 0.15 and 0.3, patterned albedo. One ray for light at each hit. 24 x 14 pixels, every 40th of an image of 960 x 560;
+processor time of one thread; methods take turns. Errors are the mean of (image - one reference) x (image - the other), so that the noise of
+references does not bias them. Relative error: squared error / (reference^2 + 1e-4 mean^2). Maps: {", ".join(names)}.
+
+{provenance}""")
+
+
+os.chdir(os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+main(*sys.argv[1:])

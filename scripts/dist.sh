@@ -56,7 +56,7 @@ echo "$build/$name.tar.gz: $(du -h "$build/$name.tar.gz" | cut -f 1)"
 # What was packed, in another place and without cargo on the path.
 mkdir "$stage/unpacked"
 tar --extract --gzip --file "$build/$name.tar.gz" --directory "$stage/unpacked"
-consumers=$PWD/c-examples/consumers
+sources=$PWD
 cd "$stage/unpacked/$name"
 for file in share/licenses/wis/LICENSE-MIT share/doc/wis/docs/integrating.md include/wis.hpp lib/libwis.a; do
     [ -s "$file" ] || { echo "dist: $file is missing" >&2; exit 1; }
@@ -82,13 +82,18 @@ without_rust="env PATH=/usr/bin:/bin PKG_CONFIG_PATH=lib/pkgconfig"
         $run ./$(ls $program $program.exe 2> /dev/null)
     done
 }
+# Twenty rays have the bits of this machine's library.
+cc "$sources/python/tests/twenty.c" -Iinclude "$build/lib/libwis.a" -o native
+./native > native.txt
+"${CROSS}gcc" "$sources/python/tests/twenty.c" -Iinclude lib/libwis.a -o twenty.exe
+$run ./twenty.exe | tr -d '\r' | cmp - native.txt
 # Both targets of the CMake package.
 set --
 if [ -n "$CROSS" ]; then
     set -- -DCMAKE_SYSTEM_NAME="$(case $platform in *windows*) echo Windows ;; *) echo Linux ;; esac)" -DCMAKE_C_COMPILER="${CROSS}gcc" \
         -DCMAKE_CXX_COMPILER="${CROSS}g++" -DCMAKE_CROSSCOMPILING_EMULATOR="$run" -DCMAKE_EXE_LINKER_FLAGS="-static-libgcc -static-libstdc++"
 fi
-cmake -S "$consumers/cmake" -B cmake -DCMAKE_PREFIX_PATH="$PWD" "$@" > /dev/null
+cmake -S "$sources/c-examples/consumers/cmake" -B cmake -DCMAKE_PREFIX_PATH="$PWD" "$@" > /dev/null
 cmake --build cmake > /dev/null
 cd cmake
 ctest --output-on-failure

@@ -203,9 +203,11 @@ impl Surface {
 
     /// What the cosine is multiplied by where BRDF x cosine is that, above the horizon alone.
     pub fn diffuse(&self) -> Option<f32> {
+        if self.count == 0 || self.cosine_included || !self.is_diffuse() {
+            return None;
+        }
         let albedo: f32 = self.lobes().map(|lobe| lobe.fresnel[0]).sum();
-        let is_diffuse = self.count > 0 && self.is_diffuse() && !self.cosine_included && albedo < f32::MAX;
-        is_diffuse.then_some(albedo * FRAC_1_PI)
+        (albedo < f32::MAX).then_some(albedo * FRAC_1_PI)
     }
 
     /// The least alpha of lobes that scatter, and what corresponds to it of others; f32::MAX if all are diffuse.

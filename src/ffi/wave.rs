@@ -107,6 +107,7 @@ pub struct DirectWave {
 const NUMBERS: usize = size_of::<Portal>() / size_of::<f32>();
 
 impl FloatsIn {
+    #[inline(never)]
     fn check(&self, allowed_null: bool, field: &'static core::ffi::CStr) -> Checked<()> {
         let fail = |status| Err(Error::new(status, 4).of(field));
         match (self.first.is_null(), self.first.is_aligned() && self.point % 4 == 0 && self.number % 4 == 0) {
@@ -137,6 +138,7 @@ impl FloatsIn {
 }
 
 impl IntsIn {
+    #[inline(never)]
     fn check(&self, allowed_null: bool, field: &'static core::ffi::CStr) -> Checked<()> {
         if self.first.is_null() && !allowed_null {
             return Err(Error::new(Status::NullPointer, 4).of(field));

@@ -65,7 +65,7 @@ pub fn value(x: Short) -> f32 {
 /// The first numbers of a slice; zeros if it is too short.
 #[inline(always)]
 pub fn read<F: Num>(numbers: &[Short]) -> F {
-    F::each(|lane| numbers.get(lane).map_or(0.0, |&x| f32::from(x))) * ROUNDING
+    F::shorts(numbers) * ROUNDING
 }
 
 /// The most corners of cells: lat-long and octahedral maps have 17 x 9, cubes six times 5 x 5.

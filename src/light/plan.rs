@@ -149,6 +149,7 @@ impl Plan {
     }
 
     /// The face of a cell, its first patch, and its patches along columns and rows.
+    #[inline(never)]
     pub fn cell(&self, index: u32) -> (u32, [u32; 2], [u32; 2]) {
         let face_grid = self.face_grid();
         let (row, column) = (index / self.grid[0].max(1), index % self.grid[0].max(1));

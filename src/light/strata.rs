@@ -208,6 +208,7 @@ struct Grid<'a> {
 
 impl Grid<'_> {
     /// Sums of the columns and of the rows of a part.
+    #[inline(always)]
     fn sums(&self, part: &[Span; 2]) -> [Sums; 2] {
         let [x, y] = [0, 1].map(|k: usize| (part[k].first - self.spans[k].first) as usize);
         let mut sums = [[[0.0; NUMBERS]; GRID]; 2];

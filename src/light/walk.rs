@@ -486,10 +486,10 @@ impl<const N: usize> Walk<N> {
         let mut position = shape.sample(inside);
         if !light.bilinear {
             // Away from the borders, where a client's rounding might find the neighbour.
-            for ((k, at), &size) in position.iter_mut().enumerate().zip(&patch.size) {
-                let least = F::splat(1.25 * light.chart.margin(k)) / size;
-                *at = at.max(least).min(F::splat(1.0) - least);
-            }
+            position = [0, 1].map(|k: usize| {
+                let least = F::splat(1.25 * light.chart.margin(k)) / patch.size[k];
+                position[k].max(least).min(F::splat(1.0) - least)
+            });
         }
         Drawn { patch, shape, position }
     }
@@ -580,12 +580,14 @@ struct Locate<'a, F> {
     light: &'a Light<'a>,
     direction: Direction<F>,
     numbers: bool,
+    /// Whether a place without light moves over a border to one with light.
+    settles: bool,
 }
 
 impl<F: Num> Locate<'_, F> {
     #[inline(always)]
     fn walk<const N: usize>(&self) -> (Located<F>, Place<F>) {
-        let &Locate { light, direction, numbers } = self;
+        let &Locate { light, direction, numbers, .. } = self;
         let place = light.chart.place(direction);
         let [columns, rows] = light.chart.axes;
         let mut walk = Walk::<N>::new();
@@ -610,7 +612,7 @@ impl<F: Num> Apart<F> for Locate<'_, F> {
     fn run(self) -> Located<F> {
         let (located, place) = self.find();
         let dark = self.light.dark_at_border(&located, &place);
-        if F::bits(dark) == 0 { located } else { self.beside(dark) }
+        if !self.settles || F::bits(dark) == 0 { located } else { self.beside(dark) }
     }
 }
 
@@ -629,7 +631,7 @@ impl<F: Num> Locate<'_, F> {
                 set(axis, lane, x);
             }
         }
-        Locate { light: self.light, direction: moved, numbers: self.numbers }.find().0
+        F::apart(Locate { light: self.light, direction: moved, numbers: self.numbers, settles: false })
     }
 }
 
@@ -680,13 +682,13 @@ impl Light<'_> {
     /// [`Located::numbers`] needs.
     #[inline(always)]
     pub fn locate<F: Num>(&self, direction: Direction<F>, numbers: bool) -> Located<F> {
-        F::apart(Locate { light: self, direction, numbers })
+        F::apart(Locate { light: self, direction, numbers, settles: true })
     }
 
     /// As [`Light::locate`], inside a larger function.
     #[inline(always)]
     pub(super) fn locate_here<F: Num>(&self, direction: Direction<F>, numbers: bool) -> Located<F> {
-        Locate { light: self, direction, numbers }.run()
+        Locate { light: self, direction, numbers, settles: true }.run()
     }
 
     /// The lanes without light from which rounding may lead a client over a border of their patches.
@@ -715,7 +717,8 @@ impl Light<'_> {
         let turned = [[x + turn, y, z], [x - turn, y, z], [x, y + turn, z], [x, y - turn, z]];
         let (mut brightest, mut found) = (0.0, direction);
         for moved in (0..8).map(corner).chain(turned) {
-            let density = self.alone(&Locate { light: self, direction: moved, numbers: false }.find().0);
+            let located = f32::apart(Locate { light: self, direction: moved, numbers: false, settles: false });
+            let density = self.alone(&located);
             if density > brightest {
                 (brightest, found) = (density, moved);
             }

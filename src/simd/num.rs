@@ -123,6 +123,13 @@ pub trait Num:
         Self::load(numbers.get(..Self::WIDTH).and_then(|numbers| numbers.try_into().ok()).unwrap_or_default())
     }
 
+    /// The first numbers of a slice of short ones; zeros if it is too short.
+    #[inline(always)]
+    fn shorts(numbers: &[i16]) -> Self {
+        let numbers = numbers.get(..Self::WIDTH).unwrap_or(&[]);
+        Self::each(|lane| numbers.get(lane).map_or(0.0, |&x| x.into()))
+    }
+
     /// The first whole numbers of a slice; zeros if it is too short.
     #[inline(always)]
     fn read_ints(numbers: &[u32]) -> Self::Ints {

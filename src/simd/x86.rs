@@ -16,8 +16,8 @@ mod sse2 {
         _mm_xor_si128 as xor_int,
     };
     use core::arch::x86_64::{
-        _mm_movehl_ps, _mm_movelh_ps, _mm_mul_epu32, _mm_shuffle_epi32, _mm_shuffle_ps, _mm_slli_si128,
-        _mm_unpackhi_ps, _mm_unpacklo_epi32, _mm_unpacklo_ps,
+        _mm_loadl_epi64, _mm_movehl_ps, _mm_movelh_ps, _mm_mul_epu32, _mm_shuffle_epi32, _mm_shuffle_ps,
+        _mm_slli_si128, _mm_srai_epi32, _mm_unpackhi_ps, _mm_unpacklo_epi16, _mm_unpacklo_epi32, _mm_unpacklo_ps,
     };
 
     #[inline(always)]
@@ -69,6 +69,16 @@ mod sse2 {
             let x = or_int(shl::<2>(low), and_int(shr::<2>(x), mask));
             let (low, x, mask) = half(x, 0x5555_5555);
             or_int(shl::<1>(low), and_int(shr::<1>(x), mask))
+        }
+    }
+
+    /// Four short numbers from a place on, with their signs.
+    #[inline(always)]
+    pub unsafe fn shorts(start: *const i16) -> Ints {
+        // SAFETY: SSE2 is part of x86-64; the caller's four numbers.
+        unsafe {
+            let four = _mm_loadl_epi64(start.cast());
+            _mm_srai_epi32::<16>(_mm_unpacklo_epi16(four, four))
         }
     }
 
@@ -140,10 +150,10 @@ mod avx2 {
         _mm256_xor_si256 as xor_int,
     };
     use core::arch::x86_64::{
-        _CMP_LE_OQ, _CMP_LT_OQ, _mm_loadu_ps, _mm_storeu_ps, _mm256_blendv_ps, _mm256_castps128_ps256,
-        _mm256_castps256_ps128, _mm256_cmp_ps, _mm256_extractf128_ps, _mm256_i32gather_epi32, _mm256_insertf128_ps,
-        _mm256_set1_epi8, _mm256_setr_epi8, _mm256_shuffle_epi8, _mm256_shuffle_ps, _mm256_slli_si256,
-        _mm256_unpackhi_ps, _mm256_unpacklo_ps,
+        _CMP_LE_OQ, _CMP_LT_OQ, _mm_loadu_ps, _mm_loadu_si128, _mm_storeu_ps, _mm256_blendv_ps, _mm256_castps128_ps256,
+        _mm256_castps256_ps128, _mm256_cmp_ps, _mm256_cvtepi16_epi32, _mm256_extractf128_ps, _mm256_i32gather_epi32,
+        _mm256_insertf128_ps, _mm256_set1_epi8, _mm256_setr_epi8, _mm256_shuffle_epi8, _mm256_shuffle_ps,
+        _mm256_slli_si256, _mm256_unpackhi_ps, _mm256_unpacklo_ps,
     };
 
     /// A function that is compiled for AVX2, too. Rust 1.95 does not tell LLVM of `inline(never)` where `target_feature` stands, so it stands
@@ -202,6 +212,12 @@ mod avx2 {
             let lower = _mm256_shuffle_epi8(nibbles, and_int(shr::<4>(x), low));
             or_int(shl::<4>(upper), lower)
         }
+    }
+
+    #[inline(always)]
+    pub unsafe fn shorts(start: *const i16) -> Ints {
+        // SAFETY: whoever has registers of AVX2 has AVX2; the caller's eight numbers.
+        unsafe { _mm256_cvtepi16_epi32(_mm_loadu_si128(start.cast())) }
     }
 
     #[inline(always)]
@@ -461,6 +477,13 @@ macro_rules! lanes {
                 // SAFETY: as in `splat`; each row is one of the table.
                 let [a, b, c, d] = unsafe { $isa::transpose(rows) };
                 [$name(a), $name(b), $name(c), $name(d)]
+            }
+
+            #[inline(always)]
+            fn shorts(numbers: &[i16]) -> Self {
+                let Some(numbers) = numbers.get(..Self::WIDTH) else { return Self::splat(0.0) };
+                // SAFETY: as in `splat`; the load is of that many numbers.
+                $name(unsafe { $isa::of_int($isa::shorts(numbers.as_ptr())) })
             }
 
             #[inline(always)]

@@ -81,6 +81,17 @@ pub struct Response<F: Num> {
     pub cosine: F,
 }
 
+/// What a direction has with the half vector across the surface: that, of any length; D of it and its cosine to wo; the density of the
+/// direction over that of the half vector; its density if visible normals are drawn; and whether wo and the direction see both sides.
+struct Across<F: Num> {
+    h: [F; 3],
+    d: F,
+    cos_o: F,
+    jacobian: F,
+    pdf: F,
+    passes: F::Mask,
+}
+
 impl Ggx {
     /// The distribution seen from `wo`, on the upper side.
     pub fn new(alpha: [f32; 2], wo: [f32; 3]) -> Ggx {
@@ -131,26 +142,31 @@ impl Ggx {
     /// it. Radiance is scaled by the squared ratio of indices as it is in Walter et al.
     #[inline(always)]
     pub fn transmit<F: Num>(&self, wi: [F; 3], eta: f32) -> Response<F> {
-        let (zero, one, eta) = (F::splat(0.0), F::splat(1.0), F::splat(eta));
-        let wo = [F::splat(self.wo[0]), F::splat(self.wo[1]), F::splat(self.wo[2])];
-        let h = [wo[0] + eta * wi[0], wo[1] + eta * wi[1], wo[2] + eta * wi[2]];
-        let (d, squared) = self.distribution(h);
-        let sign = one.copysign(h[2]);
-        let length = squared.sqrt().max(F::splat(f32::MIN_POSITIVE));
-        let scale = sign / length;
-        let cos_o = (wo[0] * h[0] + wo[1] * h[1] + wo[2] * h[2]) * scale;
-        let cos_i = (wi[0] * h[0] + wi[1] * h[1] + wi[2] * h[2]) * scale;
-        // wo . h + eta wi . h is the length of h with its sign.
-        let jacobian = eta * eta * cos_i.abs() / squared.max(F::splat(f32::MIN_POSITIVE));
-        let visible = F::splat(self.visible);
-        let smith = wi[2].abs() * self.wo_length + wo[2] * self.length(wi);
-        let below = F::and(wi[2].lt(zero), F::and(zero.lt(cos_o), cos_i.lt(zero)));
+        let zero = F::splat(0.0);
+        let Across { d, cos_o, jacobian, pdf, passes, .. } = self.across(wi, eta);
+        let smith = wi[2].abs() * self.wo_length + self.length(wi) * self.wo[2];
+        let below = F::and(wi[2].lt(zero), passes);
         let value = F::splat(2.0) * d * cos_o * jacobian / smith.max(F::splat(f32::MIN_POSITIVE));
         Response {
             value: F::only(below, finite(value)),
-            pdf: F::only(below, finite(d * visible * cos_o * jacobian)),
-            cosine: cos_o.max(zero).min(one),
+            pdf: F::only(below, pdf),
+            cosine: cos_o.max(zero).min(F::splat(1.0)),
         }
+    }
+
+    /// What a direction beyond the surface has with its half vector.
+    #[inline(always)]
+    fn across<F: Num>(&self, wi: [F; 3], eta: f32) -> Across<F> {
+        let (zero, one, index) = (F::splat(0.0), F::splat(1.0), F::splat(eta));
+        let h = [index * wi[0] + self.wo[0], index * wi[1] + self.wo[1], index * wi[2] + self.wo[2]];
+        let (d, squared) = self.distribution(h);
+        let scale = one.copysign(h[2]) / squared.sqrt().max(F::splat(f32::MIN_POSITIVE));
+        let cos_o = dot(h, self.wo) * scale;
+        let cos_i = (wi[0] * h[0] + wi[1] * h[1] + wi[2] * h[2]) * scale;
+        // wo . h + eta wi . h is the length of h with its sign.
+        let jacobian = index * index * cos_i.abs() / squared.max(F::splat(f32::MIN_POSITIVE));
+        let pdf = finite(d * self.visible * cos_o * jacobian);
+        Across { h, d, cos_o, jacobian, pdf, passes: F::and(zero.lt(cos_o), cos_i.lt(zero)) }
     }
 
     /// The density over the whole sphere of [`Ggx::sample_reflection`], also where it leaves the surface's upper side.
@@ -216,20 +232,12 @@ impl Ggx {
     /// The density over the whole sphere of [`Ggx::sample_refraction`].
     #[inline(always)]
     pub fn transmitted<F: Num>(&self, wi: [F; 3], eta: f32, of: &Refracting) -> F {
-        let (zero, one, index) = (F::splat(0.0), F::splat(1.0), F::splat(eta));
-        let wo = [F::splat(self.wo[0]), F::splat(self.wo[1]), F::splat(self.wo[2])];
-        let h = [wo[0] + index * wi[0], wo[1] + index * wi[1], wo[2] + index * wi[2]];
-        let (d, squared) = self.distribution(h);
-        let scale = one.copysign(h[2]) / squared.sqrt().max(F::splat(f32::MIN_POSITIVE));
-        let cos_o = (wo[0] * h[0] + wo[1] * h[1] + wo[2] * h[2]) * scale;
-        let cos_i = (wi[0] * h[0] + wi[1] * h[1] + wi[2] * h[2]) * scale;
-        let jacobian = index * index * cos_i.abs() / squared.max(F::splat(f32::MIN_POSITIVE));
-        let visible = F::splat(self.visible);
-        let through = F::only(F::and(zero.lt(cos_o), cos_i.lt(zero)), finite(d * visible * cos_o * jacobian));
+        let Across { h, pdf, passes, .. } = self.across(wi, eta);
+        let through = F::only(passes, pdf);
         // Normals that let nothing through reflect.
-        let half = [wo[0] + wi[0], wo[1] + wi[1], wo[2] + wi[2]];
+        let half = [wi[0] + self.wo[0], wi[1] + self.wo[1], wi[2] + self.wo[2]];
         let cosine = F::splat(0.25) * (half[0] * half[0] + half[1] * half[1] + half[2] * half[2]);
-        let total = F::splat(eta * eta).le(one - cosine);
+        let total = F::splat(eta * eta).le(F::splat(1.0) - cosine);
         let reflected = F::only(total, self.reflected(wi));
         if of.is_all() {
             return through + reflected;
@@ -252,7 +260,7 @@ impl Ggx {
     /// A direction behind a visible normal, or, where it lets nothing through, before it.
     #[inline(always)]
     pub fn sample_refraction<F: Num>(&self, u: [F; 2], eta: f32, of: &Refracting) -> [F; 3] {
-        let (zero, one) = (F::splat(0.0), F::splat(1.0));
+        let one = F::splat(1.0);
         let turn = u[0] * of.width + of.start;
         let turn = F::select(one.le(turn), turn - 1.0, turn);
         // With a density of 3/2 - share.
@@ -262,14 +270,19 @@ impl Ggx {
             F::splat(STEEPEST) - (F::splat(STEEPEST * STEEPEST) - (one - u[1]) * 2.0).sqrt()
         };
         let h = self.unit_normal_of(turn, share * of.rest);
-        let wo = [F::splat(self.wo[0]), F::splat(self.wo[1]), F::splat(self.wo[2])];
-        let cos_o = wo[0] * h[0] + wo[1] * h[1] + wo[2] * h[2];
-        let inverse = F::splat(1.0 / eta);
+        let (total, beyond, cos_o) = self.bent(h, eta);
+        let along = F::select(total, cos_o + cos_o, beyond);
+        let back = F::select(total, one, F::splat(1.0 / eta));
+        [along * h[0] - back * self.wo[0], along * h[1] - back * self.wo[1], along * h[2] - back * self.wo[2]]
+    }
+
+    /// Whether a normal of unit length lets nothing through, else its part of the refracted direction; and its cosine to wo.
+    #[inline(always)]
+    fn bent<F: Num>(&self, h: [F; 3], eta: f32) -> (F::Mask, F, F) {
+        let (zero, one, inverse) = (F::splat(0.0), F::splat(1.0), F::splat(1.0 / eta));
+        let cos_o = dot(h, self.wo);
         let squared = one - inverse * inverse * (one - cos_o * cos_o);
-        let total = squared.le(zero);
-        let along = F::select(total, cos_o + cos_o, inverse * cos_o - squared.max(zero).sqrt());
-        let back = F::select(total, one, inverse);
-        [along * h[0] - back * wo[0], along * h[1] - back * wo[1], along * h[2] - back * wo[2]]
+        (squared.le(zero), inverse * cos_o - squared.max(zero).sqrt(), cos_o)
     }
 
     /// As [`Ggx::unit_normal`], for an azimuth and 1 less the second number, however small.
@@ -313,9 +326,8 @@ impl Ggx {
     #[inline(always)]
     pub fn sample_reflection<F: Num>(&self, u: [F; 2]) -> [F; 3] {
         let (h, squared) = self.normal(u);
-        let wo = [F::splat(self.wo[0]), F::splat(self.wo[1]), F::splat(self.wo[2])];
-        let twice = (wo[0] * h[0] + wo[1] * h[1] + wo[2] * h[2]) * 2.0 / squared;
-        [twice * h[0] - wo[0], twice * h[1] - wo[1], twice * h[2] - wo[2]]
+        let twice = dot(h, self.wo) * 2.0 / squared;
+        [twice * h[0] - self.wo[0], twice * h[1] - self.wo[1], twice * h[2] - self.wo[2]]
     }
 
     /// A transmitted direction; above the surface if there is none (total reflection).
@@ -323,15 +335,9 @@ impl Ggx {
     pub fn sample_transmission<F: Num>(&self, u: [F; 2], eta: f32) -> [F; 3] {
         let (zero, one) = (F::splat(0.0), F::splat(1.0));
         let h = self.unit_normal(u);
-        let wo = [F::splat(self.wo[0]), F::splat(self.wo[1]), F::splat(self.wo[2])];
-        let cos_o = wo[0] * h[0] + wo[1] * h[1] + wo[2] * h[2];
-        let inverse = F::splat(1.0 / eta);
-        let squared = one - inverse * inverse * (one - cos_o * cos_o);
-        let total = squared.le(zero);
-        let along = inverse * cos_o - squared.max(zero).sqrt();
-        let x = F::select(total, zero, along * h[0] - inverse * wo[0]);
-        let y = F::select(total, zero, along * h[1] - inverse * wo[1]);
-        [x, y, F::select(total, one, along * h[2] - inverse * wo[2])]
+        let (total, along, _) = self.bent(h, eta);
+        let beyond = |k: usize| along * h[k] - F::splat(1.0 / eta) * self.wo[k];
+        [F::select(total, zero, beyond(0)), F::select(total, zero, beyond(1)), F::select(total, one, beyond(2))]
     }
 }
 

@@ -29,14 +29,17 @@ pub struct Lobe {
 
 #[derive(Clone, Copy, Debug)]
 enum LobeShape {
-    Lambert,
+    /// On [`UPPER`] or the other side.
+    Lambert(f32),
     Ggx(Ggx),
     Phong(Phong),
     /// Seen from below: the one that directions are drawn from.
     PhongFromBelow(Phong),
     GgxTransmission(Ggx, f32),
-    LambertTransmission,
 }
+
+/// The sign of cosines on the normal's side.
+const UPPER: f32 = 1.0;
 
 /// A point ready to evaluate, in the space of its frame.
 #[derive(Clone, Copy, Debug)]
@@ -158,8 +161,8 @@ impl Surface {
                 Kind::Phong if above => LobeShape::Phong(Phong::new(shape.a, self.wo)),
                 Kind::Phong => LobeShape::PhongFromBelow(Phong::drawn(shape.a, self.wo)),
                 Kind::GgxTransmission => LobeShape::GgxTransmission(Ggx::new([shape.a, shape.b], seen), shape.eta),
-                Kind::LambertTransmission => LobeShape::LambertTransmission,
-                _ => LobeShape::Lambert,
+                Kind::LambertTransmission => LobeShape::Lambert(-UPPER),
+                _ => LobeShape::Lambert(UPPER),
             };
             // From below no microfacet is visible, but clients evaluate other lobes there as from above.
             let [x, y, _] = self.wo;
@@ -198,7 +201,7 @@ impl Surface {
 
     /// Whether BRDF x cosine is a constant times the cosine, above the horizon alone.
     pub fn is_diffuse(&self) -> bool {
-        !self.whole && self.lobes().all(|lobe| matches!(lobe.shape, LobeShape::Lambert))
+        !self.whole && self.lobes().all(|lobe| matches!(lobe.shape, LobeShape::Lambert(UPPER)))
     }
 
     /// What the cosine is multiplied by where BRDF x cosine is that, above the horizon alone.
@@ -291,13 +294,10 @@ impl Surface {
             let share = F::splat(lobe.share);
             let constant = F::splat(lobe.fresnel[0]);
             match &lobe.shape {
-                LobeShape::Lambert => {
+                LobeShape::Lambert(side) => {
+                    let cosine = cosine * *side;
                     value = value + F::only(zero.lt(cosine), constant * FRAC_1_PI);
                     pdf = pdf + share * lambert::pdf(cosine);
-                }
-                LobeShape::LambertTransmission => {
-                    value = value + F::only(cosine.lt(zero), constant * FRAC_1_PI);
-                    pdf = pdf + share * lambert::pdf(zero - cosine);
                 }
                 LobeShape::Ggx(ggx) => {
                     let response = ggx.reflect(wi);
@@ -357,10 +357,9 @@ impl Surface {
             before += lobe.share;
             let u = [first, u[1]];
             let [x, y, z] = match &lobe.shape {
-                LobeShape::Lambert => lambert::sample(u),
-                LobeShape::LambertTransmission => {
+                LobeShape::Lambert(side) => {
                     let [x, y, z] = lambert::sample(u);
-                    [x, y, zero - z]
+                    [x, y, z * *side]
                 }
                 LobeShape::Ggx(ggx) => {
                     let wi = ggx.sample_reflection(u);

@@ -1,6 +1,6 @@
 //! Four numbers in an array: lanes for any processor, and what those of instruction sets are tested against.
 
-use super::num::all_below;
+use super::num::{all_below, methods};
 use super::{Num, Whole};
 use crate::numeric;
 use core::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Sub};
@@ -42,9 +42,9 @@ operators!(I4: BitAnd bitand BitAnd::bitand, BitOr bitor BitOr::bitor, BitXor bi
 super::num::scalars!(A4);
 
 impl Whole for I4 {
-    #[inline(always)]
-    fn splat(x: u32) -> I4 {
-        I4([x; WIDTH])
+    methods! {
+        splat(x: u32) -> I4 = I4([x; WIDTH]);
+        reverse_bits(self) -> I4 = I4(self.0.map(u32::reverse_bits));
     }
 
     #[inline(always)]
@@ -56,11 +56,6 @@ impl Whole for I4 {
     fn shr<const N: i32>(self) -> I4 {
         I4(self.0.map(|x| x >> (N & 31)))
     }
-
-    #[inline(always)]
-    fn reverse_bits(self) -> I4 {
-        I4(self.0.map(u32::reverse_bits))
-    }
 }
 
 impl Num for A4 {
@@ -70,49 +65,29 @@ impl Num for A4 {
     type Floats = [f32; WIDTH];
     type Ints = [u32; WIDTH];
 
-    #[inline(always)]
-    fn splat(x: f32) -> A4 {
-        A4([x; WIDTH])
-    }
-
-    #[inline(always)]
-    fn load(lanes: [f32; WIDTH]) -> A4 {
-        A4(lanes)
-    }
-
-    #[inline(always)]
-    fn store(self) -> [f32; WIDTH] {
-        self.0
-    }
-
-    #[inline(always)]
-    fn whole(ints: [u32; WIDTH]) -> I4 {
-        I4(ints)
-    }
-
-    #[inline(always)]
-    fn ints_of(whole: I4) -> [u32; WIDTH] {
-        whole.0
-    }
-
-    #[inline(always)]
-    fn to_bits(self) -> I4 {
-        I4(self.0.map(f32::to_bits))
-    }
-
-    #[inline(always)]
-    fn from_bits(bits: I4) -> A4 {
-        A4(bits.0.map(f32::from_bits))
-    }
-
-    #[inline(always)]
-    fn to_whole(self) -> I4 {
-        I4(self.0.map(|x| x as i32 as u32))
-    }
-
-    #[inline(always)]
-    fn of_whole(whole: I4) -> A4 {
-        A4(whole.0.map(|i| i as i32 as f32))
+    methods! {
+        splat(x: f32) -> A4 = A4([x; WIDTH]);
+        load(lanes: [f32; WIDTH]) -> A4 = A4(lanes);
+        store(self) -> [f32; WIDTH] = self.0;
+        whole(ints: [u32; WIDTH]) -> I4 = I4(ints);
+        ints_of(whole: I4) -> [u32; WIDTH] = whole.0;
+        to_bits(self) -> I4 = I4(self.0.map(f32::to_bits));
+        from_bits(bits: I4) -> A4 = A4(bits.0.map(f32::from_bits));
+        to_whole(self) -> I4 = I4(self.0.map(|x| x as i32 as u32));
+        of_whole(whole: I4) -> A4 = A4(whole.0.map(|i| i as i32 as f32));
+        sign_bits(whole: I4) -> u32 = Self::bits(whole.0.map(|i| i >> 31 == 1));
+        sqrt(self) -> A4 = A4(self.0.map(super::sqrt));
+        abs(self) -> A4 = A4(self.0.map(f32::abs));
+        copysign(self, sign: A4) -> A4 = A4(lanes(self.0, sign.0, f32::copysign));
+        min(self, b: A4) -> A4 = A4(lanes(self.0, b.0, numeric::min));
+        max(self, b: A4) -> A4 = A4(lanes(self.0, b.0, numeric::max));
+        lt(self, b: A4) -> [bool; WIDTH] = lanes(self.0, b.0, |a, b| a < b);
+        le(self, b: A4) -> [bool; WIDTH] = lanes(self.0, b.0, |a, b| a <= b);
+        select(mask: [bool; WIDTH], a: A4, b: A4) -> A4 =
+            A4(lanes(mask, lanes(a.0, b.0, |a, b| (a, b)), |mask, (a, b)| numeric::select(mask, a, b)));
+        and(a: [bool; WIDTH], b: [bool; WIDTH]) -> [bool; WIDTH] = lanes(a, b, |a, b| a & b);
+        or(a: [bool; WIDTH], b: [bool; WIDTH]) -> [bool; WIDTH] = lanes(a, b, |a, b| a | b);
+        bits(mask: [bool; WIDTH]) -> u32 = mask.iter().rev().fold(0, |bits, &set| bits << 1 | u32::from(set));
     }
 
     #[inline(always)]
@@ -120,66 +95,6 @@ impl Num for A4 {
         let [a, b, c, d] = self.0;
         // As a register does it, into which zeros are moved.
         A4([a + 0.0, (b + a) + 0.0, (c + b) + a, (d + c) + (b + a)])
-    }
-
-    #[inline(always)]
-    fn sign_bits(whole: I4) -> u32 {
-        Self::bits(whole.0.map(|i| i >> 31 == 1))
-    }
-
-    #[inline(always)]
-    fn sqrt(self) -> A4 {
-        A4(self.0.map(super::sqrt))
-    }
-
-    #[inline(always)]
-    fn abs(self) -> A4 {
-        A4(self.0.map(f32::abs))
-    }
-
-    #[inline(always)]
-    fn copysign(self, sign: A4) -> A4 {
-        A4(lanes(self.0, sign.0, f32::copysign))
-    }
-
-    #[inline(always)]
-    fn min(self, b: A4) -> A4 {
-        A4(lanes(self.0, b.0, numeric::min))
-    }
-
-    #[inline(always)]
-    fn max(self, b: A4) -> A4 {
-        A4(lanes(self.0, b.0, numeric::max))
-    }
-
-    #[inline(always)]
-    fn lt(self, b: A4) -> [bool; WIDTH] {
-        lanes(self.0, b.0, |a, b| a < b)
-    }
-
-    #[inline(always)]
-    fn le(self, b: A4) -> [bool; WIDTH] {
-        lanes(self.0, b.0, |a, b| a <= b)
-    }
-
-    #[inline(always)]
-    fn select(mask: [bool; WIDTH], a: A4, b: A4) -> A4 {
-        A4(lanes(mask, lanes(a.0, b.0, |a, b| (a, b)), |mask, (a, b)| numeric::select(mask, a, b)))
-    }
-
-    #[inline(always)]
-    fn and(a: [bool; WIDTH], b: [bool; WIDTH]) -> [bool; WIDTH] {
-        lanes(a, b, |a, b| a & b)
-    }
-
-    #[inline(always)]
-    fn or(a: [bool; WIDTH], b: [bool; WIDTH]) -> [bool; WIDTH] {
-        lanes(a, b, |a, b| a | b)
-    }
-
-    #[inline(always)]
-    fn bits(mask: [bool; WIDTH]) -> u32 {
-        mask.iter().rev().fold(0, |bits, &set| bits << 1 | u32::from(set))
     }
 
     #[inline(always)]

@@ -1,6 +1,6 @@
 //! One register of NEON, which every AArch64 processor has.
 
-use super::num::all_below;
+use super::num::{all_below, methods};
 use super::{Num, Whole};
 use core::arch::aarch64::{
     float32x4_t, uint32x4_t, vabsq_f32, vaddq_f32, vaddq_u32, vaddvq_u32, vandq_u32, vbslq_f32, vcgtq_f32, vcleq_f32,
@@ -40,10 +40,9 @@ operators!(U4: BitAnd bitand vandq_u32, BitOr bitor vorrq_u32, BitXor bitxor veo
 super::num::scalars!(N4);
 
 impl Whole for U4 {
-    #[inline(always)]
-    fn splat(x: u32) -> U4 {
-        // SAFETY: NEON is part of AArch64.
-        U4(unsafe { vdupq_n_u32(x) })
+    methods! { unsafe
+        splat(x: u32) -> U4 = U4(vdupq_n_u32(x));
+        reverse_bits(self) -> U4 = U4(vreinterpretq_u32_u8(vrev32q_u8(vrbitq_u8(vreinterpretq_u8_u32(self.0)))));
     }
 
     #[inline(always)]
@@ -57,12 +56,6 @@ impl Whole for U4 {
         // SAFETY: NEON is part of AArch64.
         U4(unsafe { vshrq_n_u32::<N>(self.0) })
     }
-
-    #[inline(always)]
-    fn reverse_bits(self) -> U4 {
-        // SAFETY: NEON is part of AArch64.
-        U4(unsafe { vreinterpretq_u32_u8(vrev32q_u8(vrbitq_u8(vreinterpretq_u8_u32(self.0)))) })
-    }
 }
 
 impl Num for N4 {
@@ -72,16 +65,31 @@ impl Num for N4 {
     type Floats = [f32; 4];
     type Ints = [u32; 4];
 
-    #[inline(always)]
-    fn splat(x: f32) -> N4 {
-        // SAFETY: NEON is part of AArch64.
-        N4(unsafe { vdupq_n_f32(x) })
+    methods! {
+        // As below the maximum: the instructions treat NaN and -0 otherwise.
+        min(self, b: N4) -> N4 = N4::select(self.lt(b), self, b);
+        only(mask: U4, a: N4) -> N4 = N4::from_bits(mask & a.to_bits());
+        and(a: U4, b: U4) -> U4 = a & b;
+        or(a: U4, b: U4) -> U4 = a | b;
     }
 
-    #[inline(always)]
-    fn load(lanes: [f32; 4]) -> N4 {
-        // SAFETY: NEON is part of AArch64; the load is of the array.
-        N4(unsafe { vld1q_f32(lanes.as_ptr()) })
+    methods! { unsafe
+        splat(x: f32) -> N4 = N4(vdupq_n_f32(x));
+        load(lanes: [f32; 4]) -> N4 = N4(vld1q_f32(lanes.as_ptr()));
+        whole(ints: [u32; 4]) -> U4 = U4(vld1q_u32(ints.as_ptr()));
+        to_bits(self) -> U4 = U4(vreinterpretq_u32_f32(self.0));
+        from_bits(bits: U4) -> N4 = N4(vreinterpretq_f32_u32(bits.0));
+        to_whole(self) -> U4 = U4(vreinterpretq_u32_s32(vcvtq_s32_f32(self.0)));
+        of_whole(whole: U4) -> N4 = N4(vcvtq_f32_s32(vreinterpretq_s32_u32(whole.0)));
+        sqrt(self) -> N4 = N4(vsqrtq_f32(self.0));
+        abs(self) -> N4 = N4(vabsq_f32(self.0));
+        copysign(self, sign: N4) -> N4 = N4(vbslq_f32(vdupq_n_u32(1 << 31), sign.0, self.0));
+        max(self, b: N4) -> N4 = N4::select(U4(vcgtq_f32(self.0, b.0)), self, b);
+        lt(self, b: N4) -> U4 = U4(vcltq_f32(self.0, b.0));
+        le(self, b: N4) -> U4 = U4(vcleq_f32(self.0, b.0));
+        select(mask: U4, a: N4, b: N4) -> N4 = N4(vbslq_f32(mask.0, a.0, b.0));
+        bits(mask: U4) -> u32 = vaddvq_u32((mask & N4::whole([1, 2, 4, 8])).0);
+        sign_bits(whole: U4) -> u32 = N4::bits(U4(vtstq_u32(whole.0, vdupq_n_u32(1 << 31))));
     }
 
     #[inline(always)]
@@ -93,117 +101,11 @@ impl Num for N4 {
     }
 
     #[inline(always)]
-    fn whole(ints: [u32; 4]) -> U4 {
-        // SAFETY: NEON is part of AArch64; the load is of the array.
-        U4(unsafe { vld1q_u32(ints.as_ptr()) })
-    }
-
-    #[inline(always)]
     fn ints_of(whole: U4) -> [u32; 4] {
         let mut lanes = [0; 4];
         // SAFETY: NEON is part of AArch64; the store is to the array.
         unsafe { vst1q_u32(lanes.as_mut_ptr(), whole.0) };
         lanes
-    }
-
-    #[inline(always)]
-    fn to_bits(self) -> U4 {
-        // SAFETY: NEON is part of AArch64.
-        U4(unsafe { vreinterpretq_u32_f32(self.0) })
-    }
-
-    #[inline(always)]
-    fn from_bits(bits: U4) -> N4 {
-        // SAFETY: NEON is part of AArch64.
-        N4(unsafe { vreinterpretq_f32_u32(bits.0) })
-    }
-
-    #[inline(always)]
-    fn to_whole(self) -> U4 {
-        // SAFETY: NEON is part of AArch64.
-        U4(unsafe { vreinterpretq_u32_s32(vcvtq_s32_f32(self.0)) })
-    }
-
-    #[inline(always)]
-    fn of_whole(whole: U4) -> N4 {
-        // SAFETY: NEON is part of AArch64.
-        N4(unsafe { vcvtq_f32_s32(vreinterpretq_s32_u32(whole.0)) })
-    }
-
-    #[inline(always)]
-    fn sqrt(self) -> N4 {
-        // SAFETY: NEON is part of AArch64.
-        N4(unsafe { vsqrtq_f32(self.0) })
-    }
-
-    #[inline(always)]
-    fn abs(self) -> N4 {
-        // SAFETY: NEON is part of AArch64.
-        N4(unsafe { vabsq_f32(self.0) })
-    }
-
-    #[inline(always)]
-    fn copysign(self, sign: N4) -> N4 {
-        // SAFETY: NEON is part of AArch64.
-        N4(unsafe { vbslq_f32(vdupq_n_u32(1 << 31), sign.0, self.0) })
-    }
-
-    // The instructions for minimum and maximum treat NaN and -0 otherwise.
-
-    #[inline(always)]
-    fn min(self, b: N4) -> N4 {
-        N4::select(self.lt(b), self, b)
-    }
-
-    #[inline(always)]
-    fn max(self, b: N4) -> N4 {
-        // SAFETY: NEON is part of AArch64.
-        N4::select(U4(unsafe { vcgtq_f32(self.0, b.0) }), self, b)
-    }
-
-    #[inline(always)]
-    fn lt(self, b: N4) -> U4 {
-        // SAFETY: NEON is part of AArch64.
-        U4(unsafe { vcltq_f32(self.0, b.0) })
-    }
-
-    #[inline(always)]
-    fn le(self, b: N4) -> U4 {
-        // SAFETY: NEON is part of AArch64.
-        U4(unsafe { vcleq_f32(self.0, b.0) })
-    }
-
-    #[inline(always)]
-    fn select(mask: U4, a: N4, b: N4) -> N4 {
-        // SAFETY: NEON is part of AArch64.
-        N4(unsafe { vbslq_f32(mask.0, a.0, b.0) })
-    }
-
-    #[inline(always)]
-    fn only(mask: U4, a: N4) -> N4 {
-        N4::from_bits(mask & a.to_bits())
-    }
-
-    #[inline(always)]
-    fn and(a: U4, b: U4) -> U4 {
-        a & b
-    }
-
-    #[inline(always)]
-    fn or(a: U4, b: U4) -> U4 {
-        a | b
-    }
-
-    #[inline(always)]
-    fn bits(mask: U4) -> u32 {
-        // SAFETY: NEON is part of AArch64.
-        unsafe { vaddvq_u32((mask & N4::whole([1, 2, 4, 8])).0) }
-    }
-
-    #[inline(always)]
-    fn sign_bits(whole: U4) -> u32 {
-        // SAFETY: NEON is part of AArch64.
-        N4::bits(U4(unsafe { vtstq_u32(whole.0, vdupq_n_u32(1 << 31)) }))
     }
 
     #[inline(always)]

@@ -235,6 +235,24 @@ pub trait Num:
     }
 }
 
+/// Methods of one expression each, inlined; `unsafe` where the expressions are instructions.
+macro_rules! methods {
+    ($($name:ident($($argument:ident $(: $type:ty)?),*) -> $output:ty = $value:expr;)*) => {$(
+        #[inline(always)]
+        fn $name($($argument $(: $type)?),*) -> $output {
+            $value
+        }
+    )*};
+    (unsafe $($name:ident($($argument:ident $(: $type:ty)?),*) -> $output:ty = $value:expr;)*) => {$(
+        #[inline(always)]
+        fn $name($($argument $(: $type)?),*) -> $output {
+            // SAFETY: whoever names a type of registers has its instructions; loads are of an array of its width.
+            unsafe { $value }
+        }
+    )*};
+}
+pub(super) use methods;
+
 impl Num for f32 {
     const WIDTH: usize = 1;
     type Mask = bool;
@@ -242,114 +260,29 @@ impl Num for f32 {
     type Floats = [f32; 1];
     type Ints = [u32; 1];
 
-    #[inline(always)]
-    fn splat(x: f32) -> f32 {
-        x
-    }
-
-    #[inline(always)]
-    fn load([x]: [f32; 1]) -> f32 {
-        x
-    }
-
-    #[inline(always)]
-    fn store(self) -> [f32; 1] {
-        [self]
-    }
-
-    #[inline(always)]
-    fn sqrt(self) -> f32 {
-        super::sqrt(self)
-    }
-
-    #[inline(always)]
-    fn abs(self) -> f32 {
-        f32::abs(self)
-    }
-
-    #[inline(always)]
-    fn copysign(self, sign: f32) -> f32 {
-        f32::copysign(self, sign)
-    }
-
-    #[inline(always)]
-    fn min(self, b: f32) -> f32 {
-        numeric::min(self, b)
-    }
-
-    #[inline(always)]
-    fn max(self, b: f32) -> f32 {
-        numeric::max(self, b)
-    }
-
-    #[inline(always)]
-    fn lt(self, b: f32) -> bool {
-        self < b
-    }
-
-    #[inline(always)]
-    fn le(self, b: f32) -> bool {
-        self <= b
-    }
-
-    #[inline(always)]
-    fn select(mask: bool, a: f32, b: f32) -> f32 {
-        numeric::select(mask, a, b)
-    }
-
-    #[inline(always)]
-    fn and(a: bool, b: bool) -> bool {
-        a & b
-    }
-
-    #[inline(always)]
-    fn or(a: bool, b: bool) -> bool {
-        a | b
-    }
-
-    #[inline(always)]
-    fn bits(mask: bool) -> u32 {
-        mask.into()
-    }
-
-    #[inline(always)]
-    fn whole([i]: [u32; 1]) -> One {
-        One(i)
-    }
-
-    #[inline(always)]
-    fn ints_of(One(i): One) -> [u32; 1] {
-        [i]
-    }
-
-    #[inline(always)]
-    fn to_bits(self) -> One {
-        One(f32::to_bits(self))
-    }
-
-    #[inline(always)]
-    fn from_bits(One(bits): One) -> f32 {
-        f32::from_bits(bits)
-    }
-
-    #[inline(always)]
-    fn to_whole(self) -> One {
-        One(self as i32 as u32)
-    }
-
-    #[inline(always)]
-    fn of_whole(One(i): One) -> f32 {
-        i as i32 as f32
-    }
-
-    #[inline(always)]
-    fn sums(self) -> f32 {
-        self
-    }
-
-    #[inline(always)]
-    fn sign_bits(One(i): One) -> u32 {
-        i >> 31
+    methods! {
+        load(lanes: [f32; 1]) -> f32 = lanes[0];
+        whole(ints: [u32; 1]) -> One = One(ints[0]);
+        ints_of(whole: One) -> [u32; 1] = [whole.0];
+        from_bits(bits: One) -> f32 = f32::from_bits(bits.0);
+        of_whole(whole: One) -> f32 = whole.0 as i32 as f32;
+        sign_bits(whole: One) -> u32 = whole.0 >> 31;
+        splat(x: f32) -> f32 = x;
+        store(self) -> [f32; 1] = [self];
+        sqrt(self) -> f32 = super::sqrt(self);
+        abs(self) -> f32 = f32::abs(self);
+        copysign(self, sign: f32) -> f32 = f32::copysign(self, sign);
+        min(self, b: f32) -> f32 = numeric::min(self, b);
+        max(self, b: f32) -> f32 = numeric::max(self, b);
+        lt(self, b: f32) -> bool = self < b;
+        le(self, b: f32) -> bool = self <= b;
+        select(mask: bool, a: f32, b: f32) -> f32 = numeric::select(mask, a, b);
+        and(a: bool, b: bool) -> bool = a & b;
+        or(a: bool, b: bool) -> bool = a | b;
+        bits(mask: bool) -> u32 = mask.into();
+        to_bits(self) -> One = One(f32::to_bits(self));
+        to_whole(self) -> One = One(self as i32 as u32);
+        sums(self) -> f32 = self;
     }
 
     #[inline(always)]
@@ -406,9 +339,9 @@ one!(Add add u32::wrapping_add, Mul mul u32::wrapping_mul);
 one!(BitAnd bitand BitAnd::bitand, BitOr bitor BitOr::bitor, BitXor bitxor BitXor::bitxor);
 
 impl Whole for One {
-    #[inline(always)]
-    fn splat(x: u32) -> One {
-        One(x)
+    methods! {
+        splat(x: u32) -> One = One(x);
+        reverse_bits(self) -> One = One(self.0.reverse_bits());
     }
 
     #[inline(always)]
@@ -419,11 +352,6 @@ impl Whole for One {
     #[inline(always)]
     fn shr<const N: i32>(self) -> One {
         One(self.0 >> (N & 31))
-    }
-
-    #[inline(always)]
-    fn reverse_bits(self) -> One {
-        One(self.0.reverse_bits())
     }
 }
 

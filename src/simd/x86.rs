@@ -1,6 +1,6 @@
 //! One register of SSE2 or of AVX2, from one text. What computes with AVX2 must be inlined into a function that is compiled for it.
 
-use super::num::all_below;
+use super::num::{all_below, methods};
 use super::{Apart, Num, Whole};
 use core::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Sub};
 
@@ -290,28 +290,21 @@ macro_rules! lanes {
             [Add add add_int, BitAnd bitand and_int, BitOr bitor or_int, BitXor bitxor xor_int, Mul mul mul_int]);
 
         impl Whole for $whole {
-            #[inline(always)]
-            fn splat(x: u32) -> Self {
-                // SAFETY: whoever names this type has its instructions; so below.
-                $whole(unsafe { $isa::splat_int(x as i32) })
+            methods! { unsafe
+                splat(x: u32) -> Self = $whole($isa::splat_int(x as i32));
+                reverse_bits(self) -> Self = $whole($isa::reverse_bits(self.0));
             }
 
             #[inline(always)]
             fn shl<const N: i32>(self) -> Self {
-                // SAFETY: as in `splat`.
+                // SAFETY: whoever names this type has its instructions.
                 $whole(unsafe { $isa::shl::<N>(self.0) })
             }
 
             #[inline(always)]
             fn shr<const N: i32>(self) -> Self {
-                // SAFETY: as in `splat`.
+                // SAFETY: whoever names this type has its instructions.
                 $whole(unsafe { $isa::shr::<N>(self.0) })
-            }
-
-            #[inline(always)]
-            fn reverse_bits(self) -> Self {
-                // SAFETY: as in `splat`.
-                $whole(unsafe { $isa::reverse_bits(self.0) })
             }
         }
 
@@ -322,143 +315,48 @@ macro_rules! lanes {
             type Floats = [f32; $width];
             type Ints = [u32; $width];
 
-            #[inline(always)]
-            fn splat(x: f32) -> Self {
-                // SAFETY: whoever names this type has its instructions; so below.
-                $name(unsafe { $isa::splat(x) })
+            methods! {
+                whole(ints: [u32; $width]) -> $whole = Self::load(bytemuck::cast(ints)).to_bits();
+                ints_of(whole: $whole) -> [u32; $width] = bytemuck::cast(Self::from_bits(whole).store());
+                only(mask: Self, a: Self) -> Self = Self::and(mask, a);
+                sign_bits(whole: $whole) -> u32 = Self::bits(Self::from_bits(whole));
             }
 
-            #[inline(always)]
-            fn load(lanes: [f32; $width]) -> Self {
-                // SAFETY: as in `splat`; the load is of the array.
-                $name(unsafe { $isa::load(lanes.as_ptr()) })
+            methods! { unsafe
+                splat(x: f32) -> Self = $name($isa::splat(x));
+                load(lanes: [f32; $width]) -> Self = $name($isa::load(lanes.as_ptr()));
+                to_bits(self) -> $whole = $whole($isa::bits_of(self.0));
+                from_bits(bits: $whole) -> Self = $name($isa::of_bits(bits.0));
+                to_whole(self) -> $whole = $whole($isa::to_int(self.0));
+                of_whole(whole: $whole) -> Self = $name($isa::of_int(whole.0));
+                sqrt(self) -> Self = $name($isa::sqrt(self.0));
+                abs(self) -> Self = $name($isa::and_not($isa::splat(-0.0), self.0));
+                copysign(self, sign: Self) -> Self = $name($isa::or(self.abs().0, $isa::and($isa::splat(-0.0), sign.0)));
+                min(self, b: Self) -> Self = $name($isa::min(self.0, b.0));
+                max(self, b: Self) -> Self = $name($isa::max(self.0, b.0));
+                lt(self, b: Self) -> Self = $name($isa::lt(self.0, b.0));
+                le(self, b: Self) -> Self = $name($isa::le(self.0, b.0));
+                select(mask: Self, a: Self, b: Self) -> Self = $name($isa::select(mask.0, a.0, b.0));
+                and(a: Self, b: Self) -> Self = $name($isa::and(a.0, b.0));
+                or(a: Self, b: Self) -> Self = $name($isa::or(a.0, b.0));
+                bits(mask: Self) -> u32 = $isa::movemask(mask.0) as u32;
             }
 
             #[inline(always)]
             fn store(self) -> [f32; $width] {
                 let mut lanes = [0.0; $width];
-                // SAFETY: as in `splat`; the store is to the array.
+                // SAFETY: whoever names this type has its instructions; the store is to the array.
                 unsafe { $isa::store(lanes.as_mut_ptr(), self.0) };
                 lanes
             }
 
             #[inline(always)]
-            fn whole(ints: [u32; $width]) -> $whole {
-                Self::load(bytemuck::cast(ints)).to_bits()
-            }
-
-            #[inline(always)]
-            fn ints_of(whole: $whole) -> [u32; $width] {
-                bytemuck::cast(Self::from_bits(whole).store())
-            }
-
-            #[inline(always)]
-            fn to_bits(self) -> $whole {
-                // SAFETY: as in `splat`.
-                $whole(unsafe { $isa::bits_of(self.0) })
-            }
-
-            #[inline(always)]
-            fn from_bits(bits: $whole) -> Self {
-                // SAFETY: as in `splat`.
-                $name(unsafe { $isa::of_bits(bits.0) })
-            }
-
-            #[inline(always)]
-            fn to_whole(self) -> $whole {
-                // SAFETY: as in `splat`.
-                $whole(unsafe { $isa::to_int(self.0) })
-            }
-
-            #[inline(always)]
-            fn of_whole(whole: $whole) -> Self {
-                // SAFETY: as in `splat`.
-                $name(unsafe { $isa::of_int(whole.0) })
-            }
-
-            #[inline(always)]
-            fn sqrt(self) -> Self {
-                // SAFETY: as in `splat`.
-                $name(unsafe { $isa::sqrt(self.0) })
-            }
-
-            #[inline(always)]
-            fn abs(self) -> Self {
-                // SAFETY: as in `splat`.
-                $name(unsafe { $isa::and_not($isa::splat(-0.0), self.0) })
-            }
-
-            #[inline(always)]
-            fn copysign(self, sign: Self) -> Self {
-                // SAFETY: as in `splat`.
-                unsafe { $name($isa::or(self.abs().0, $isa::and($isa::splat(-0.0), sign.0))) }
-            }
-
-            #[inline(always)]
-            fn min(self, b: Self) -> Self {
-                // SAFETY: as in `splat`.
-                $name(unsafe { $isa::min(self.0, b.0) })
-            }
-
-            #[inline(always)]
-            fn max(self, b: Self) -> Self {
-                // SAFETY: as in `splat`.
-                $name(unsafe { $isa::max(self.0, b.0) })
-            }
-
-            #[inline(always)]
-            fn lt(self, b: Self) -> Self {
-                // SAFETY: as in `splat`.
-                $name(unsafe { $isa::lt(self.0, b.0) })
-            }
-
-            #[inline(always)]
-            fn le(self, b: Self) -> Self {
-                // SAFETY: as in `splat`.
-                $name(unsafe { $isa::le(self.0, b.0) })
-            }
-
-            #[inline(always)]
-            fn select(mask: Self, a: Self, b: Self) -> Self {
-                // SAFETY: as in `splat`.
-                $name(unsafe { $isa::select(mask.0, a.0, b.0) })
-            }
-
-            #[inline(always)]
-            fn only(mask: Self, a: Self) -> Self {
-                Self::and(mask, a)
-            }
-
-            #[inline(always)]
-            fn and(a: Self, b: Self) -> Self {
-                // SAFETY: as in `splat`.
-                $name(unsafe { $isa::and(a.0, b.0) })
-            }
-
-            #[inline(always)]
-            fn or(a: Self, b: Self) -> Self {
-                // SAFETY: as in `splat`.
-                $name(unsafe { $isa::or(a.0, b.0) })
-            }
-
-            #[inline(always)]
             fn sums(self) -> Self {
-                // SAFETY: as in `splat`.
+                // SAFETY: whoever names this type has its instructions.
                 unsafe {
                     let two = $isa::add(self.0, $isa::up::<4>(self.0));
                     $name($isa::add(two, $isa::up::<8>(two)))
                 }
-            }
-
-            #[inline(always)]
-            fn sign_bits(whole: $whole) -> u32 {
-                Self::bits(Self::from_bits(whole))
-            }
-
-            #[inline(always)]
-            fn bits(mask: Self) -> u32 {
-                // SAFETY: as in `splat`.
-                unsafe { $isa::movemask(mask.0) as u32 }
             }
 
             #[inline(always)]
@@ -474,7 +372,7 @@ macro_rules! lanes {
                 for (row, before) in rows.iter_mut().zip(Self::ints_of(index.shl::<4>())) {
                     *row = start.wrapping_add(before as usize).cast();
                 }
-                // SAFETY: as in `splat`; each row is one of the table.
+                // SAFETY: whoever names this type has its instructions; each row is one of the table.
                 let [a, b, c, d] = unsafe { $isa::transpose(rows) };
                 [$name(a), $name(b), $name(c), $name(d)]
             }
@@ -482,7 +380,7 @@ macro_rules! lanes {
             #[inline(always)]
             fn shorts(numbers: &[i16]) -> Self {
                 let Some(numbers) = numbers.get(..Self::WIDTH) else { return Self::splat(0.0) };
-                // SAFETY: as in `splat`; the load is of that many numbers.
+                // SAFETY: whoever names this type has its instructions; the load is of that many numbers.
                 $name(unsafe { $isa::of_int($isa::shorts(numbers.as_ptr())) })
             }
 
@@ -492,7 +390,7 @@ macro_rules! lanes {
                 if !all_below::<Self>(index, table.len().saturating_sub(1)) {
                     return $whole::splat(0);
                 }
-                // SAFETY: as in `splat`; each pair begins before the last number of the table.
+                // SAFETY: whoever names this type has its instructions; each pair begins before the last number of the table.
                 $whole(unsafe { $isa::pairs(start, index.0) })
             }
 
@@ -500,7 +398,7 @@ macro_rules! lanes {
             fn scatter([x, y]: [Self; 2], out: &mut [[f32; 2]], places: $whole) {
                 let start = out.as_mut_ptr();
                 if all_below::<Self>(places, out.len()) {
-                    // SAFETY: as in `splat`.
+                    // SAFETY: whoever names this type has its instructions.
                     let pairs = unsafe { $isa::interleave(x.0, y.0) };
                     for (place, pair) in Self::ints_of(places).into_iter().zip(pairs) {
                         // SAFETY: every place is below the length, and a pair is 8 bytes.
@@ -512,14 +410,14 @@ macro_rules! lanes {
             #[inline(always)]
             fn read_pairs(pairs: &[[f32; 2]]) -> [Self; 2] {
                 let Some(pairs) = pairs.get(..Self::WIDTH) else { return [Self::splat(0.0); 2] };
-                // SAFETY: as in `splat`; the loads are of that many pairs.
+                // SAFETY: whoever names this type has its instructions; the loads are of that many pairs.
                 let [x, y] = unsafe { $isa::separate(pairs.as_ptr().cast()) };
                 [$name(x), $name(y)]
             }
 
             #[inline(always)]
             fn apart<K: Apart<Self>>(computation: K) -> K::Output {
-                // SAFETY: as in `splat`.
+                // SAFETY: whoever names this type has its instructions.
                 unsafe { $isa::apart(computation) }
             }
         }

@@ -14,7 +14,6 @@ const UNSAFE: [&str; 2] = [BOUNDARY, "simd"];
 const KNOWN_CYCLES: &[(&[&str], &str)] = &[
     (&["ffi::material", "ffi::visibility"], "a point names its cache, and the cache's calls take points"),
     (&["light::check", "light::environment"], "an environment is opened by checking it, and checked as an environment"),
-    (&["product::peak", "product::stored"], "a stored product holds its narrow lobes, which are read from its header"),
     (&["light::tables", "light::walk"], "the walk is the tables' own: `impl Light` in a second file"),
 ];
 

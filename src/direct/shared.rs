@@ -160,8 +160,8 @@ fn draw(
     points: &Points,
     out: &mut [Ray],
 ) -> Option<usize> {
-    let (frame, shaded) =
-        (environment.frame(), Shaded { light: environment.tables(), product: Product::view(product)? });
+    let (frame, light) = (environment.frame(), environment.tables());
+    let shaded = Shaded::new(&light, Product::view(product)?);
     let (rays, mut written) = (out.len(), 0);
     let mut numbers = points.samples(rays);
     for first in (0..rays).step_by(TOGETHER) {

@@ -10,6 +10,10 @@ use super::memory::{handle, stored_or};
 use super::{Checked, Diagnostic, MemorySize, answer, frame, out, put, put_size, sized};
 use crate::light::build::PASSES;
 use crate::light::environment::{Environment, Header, turn};
+#[cfg(feature = "products")]
+use crate::light::tables::Light;
+#[cfg(feature = "products")]
+use crate::simd::Blob;
 use crate::status::{Error, Status};
 use build::Build;
 use core::ffi::c_void;
@@ -34,6 +38,17 @@ pub(super) unsafe fn environment<'a>(pointer: *const EnvironmentObject, argument
     // SAFETY: the caller's contract.
     let bytes = unsafe { handle(pointer.cast(), Header::length, argument)? };
     Environment::view(bytes).ok_or(Error::new(Status::Mismatch, argument))
+}
+
+/// The exact tables of an environment.
+///
+/// # Safety
+/// This version built or opened it.
+#[cfg(feature = "products")]
+#[inline(always)]
+pub(super) unsafe fn tables<'a>(environment: &Environment<'a>) -> Light<'a> {
+    // SAFETY: the parts of what was built or opened lie in its bytes, which are aligned as all objects are.
+    environment.tables_of(unsafe { Blob::trusted(environment.as_bytes()) })
 }
 
 /// As [`environment`]; it has the exact tables.

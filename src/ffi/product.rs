@@ -192,9 +192,9 @@ pub unsafe extern "C" fn wis_product_describe(
     // SAFETY: the caller's contract.
     answer(null_mut(), || unsafe {
         let environment = view(environment, 1)?;
-        let shaded = shaded(product, &environment, 2)?.ok_or(Error::new(Status::NullPointer, 2))?;
+        let (product, light) = (self::product(product, &environment, 2)?, environment.tables());
         sized(info.cast_const(), 3)?;
-        put(info, 3, Ok(GridInfo::of(&shaded, &environment)))
+        put(info, 3, Ok(GridInfo::of(&Shaded::new(&light, product), &environment)))
     })
 }
 
@@ -230,23 +230,21 @@ unsafe fn opened<'a>(product: *const ProductObject, argument: u32) -> Checked<Pr
     Product::view(bytes).ok_or(Error::new(Status::Mismatch, argument))
 }
 
-/// The product behind a pointer, with the light that it was prepared for; `None` for null: the light alone.
+/// The product of an environment behind a pointer.
 ///
 /// # Safety
 /// As [`opened`].
 #[inline(always)]
-pub(super) unsafe fn shaded<'a>(
+pub(super) unsafe fn product<'a>(
     product: *const ProductObject,
-    environment: &Environment<'a>,
+    environment: &Environment<'_>,
     argument: u32,
-) -> Checked<Option<Shaded<'a>>> {
-    if product.is_null() {
-        return Ok(None);
-    }
+) -> Checked<Product<'a>> {
     // SAFETY: the caller's contract.
     let product = unsafe { opened(product, argument)? };
-    if product.header.environment != environment.header().content_id {
-        return Err(Error::new(Status::Mismatch, argument));
+    if product.header.environment == environment.header().content_id {
+        Ok(product)
+    } else {
+        Err(Error::new(Status::Mismatch, argument))
     }
-    Ok(Some(Shaded { light: environment.tables(), product }))
 }

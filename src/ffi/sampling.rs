@@ -1,11 +1,12 @@
 //! Sample, pdf and invert in C: one call each, for the light or a product, for one direction or many.
 
-use super::light::{EnvironmentObject, exact};
-use super::product::{ProductObject, shaded};
+use super::light::{EnvironmentObject, exact, tables};
+use super::product::{ProductObject, product};
 use super::sampler::{SamplerObject, with_level};
 use super::slice_mut;
 use super::strided::{Strided, StridedMut, in_batches, invert_each};
 use crate::light::batch::{pdfs, samples};
+use crate::product::density::Shaded;
 use crate::sample::Sample;
 use crate::sphere::unit;
 use crate::status::Status;
@@ -36,20 +37,19 @@ pub unsafe extern "C" fn wis_sample(
             let environment = exact(environment, 2)?;
             let u = Strided::<2>::new(u, u_stride, count, 5)?;
             let out = StridedMut::<4>::new(drawn.cast(), drawn_stride, count, 7)?;
-            let frame = environment.frame();
-            match shaded(product, &environment, 3)? {
-                None => {
-                    let light = environment.tables();
-                    in_batches(&u, &out, count, |u, out| samples(&light, &frame, u, cast_slice_mut(out)));
-                }
-                // A black product has no cell to search: that leads to no direction.
-                Some(shaded) if shaded.product.header.scale == 0.0 => {
-                    (0..count).for_each(|i| out.write(i, [0.0, 0.0, 1.0, 0.0]));
-                }
-                Some(shaded) => {
-                    in_batches(&u, &out, count, |u, out| samples(&shaded, &frame, u, cast_slice_mut(out)));
-                }
+            let (light, frame) = (&tables(&environment), environment.frame());
+            if product.is_null() {
+                in_batches(&u, &out, count, |u, out| samples(light, &frame, u, cast_slice_mut(out)));
+                return Ok(());
             }
+            let product = self::product(product, &environment, 3)?;
+            // A black product has no cell to search: that leads to no direction.
+            if product.header.scale == 0.0 {
+                (0..count).for_each(|i| out.write(i, [0.0, 0.0, 1.0, 0.0]));
+                return Ok(());
+            }
+            let shaded = Shaded::new(light, product);
+            in_batches(&u, &out, count, |u, out| samples(&shaded, &frame, u, cast_slice_mut(out)));
             Ok(())
         })
     }
@@ -77,18 +77,13 @@ pub unsafe extern "C" fn wis_pdf(
             let environment = exact(environment, 2)?;
             let wi = Strided::<3>::new(wi, wi_stride, count, 5)?;
             let pdf = StridedMut::<1>::new(pdf, pdf_stride, count, 7)?;
-            let frame = environment.frame();
-            match shaded(product, &environment, 3)? {
-                None => {
-                    let light = environment.tables();
-                    in_batches(&wi, &pdf, count, |wi, pdf| {
-                        pdfs(&light, &frame, wi, pdf.as_flattened_mut());
-                    });
-                }
-                Some(shaded) => in_batches(&wi, &pdf, count, |wi, pdf| {
-                    pdfs(&shaded, &frame, wi, pdf.as_flattened_mut());
-                }),
+            let (light, frame) = (&tables(&environment), environment.frame());
+            if product.is_null() {
+                in_batches(&wi, &pdf, count, |wi, pdf| pdfs(light, &frame, wi, pdf.as_flattened_mut()));
+                return Ok(());
             }
+            let shaded = Shaded::new(light, self::product(product, &environment, 3)?);
+            in_batches(&wi, &pdf, count, |wi, pdf| pdfs(&shaded, &frame, wi, pdf.as_flattened_mut()));
             Ok(())
         })
     }
@@ -117,11 +112,12 @@ pub unsafe extern "C" fn wis_invert(
     unsafe {
         with_level(sampler, |_| {
             let environment = exact(environment, 2)?;
-            let shaded = shaded(product, &environment, 3)?;
+            let (light, frame) = (&tables(&environment), environment.frame());
+            let product = if product.is_null() { None } else { Some(self::product(product, &environment, 3)?) };
+            let shaded = product.map(|product| Shaded::new(light, product));
             let wi = Strided::<3>::new(wi, wi_stride, count, 5)?;
             let u = StridedMut::<2>::new(u, u_stride, count, 7)?;
             let statuses = slice_mut(status, count, 9)?;
-            let (light, frame) = (environment.tables(), environment.frame());
             invert_each(&wi, &u, statuses, &|wi| {
                 unit(wi).ok_or(Status::InvalidTransform)?;
                 let found = match &shaded {

@@ -53,7 +53,7 @@ impl Area<'_> {
     #[inline(never)]
     pub(super) fn find(&self, position: [Four; 2]) -> [Four; 2] {
         let located = self.light.locate::<Four>(self.direction(position), true);
-        let mut numbers = located.numbers(self.light).map(Num::store);
+        let mut numbers = located.numbers().map(Num::store);
         for (lane, &cell) in located.patch.cell.iter().enumerate() {
             for of in &mut numbers {
                 of[lane] = if cell == self.cell { of[lane] } else { 2.0 };

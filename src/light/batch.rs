@@ -16,14 +16,7 @@ pub trait Density {
     /// As [`Density::sample`], for all `u`, as many as there is room for.
     #[inline(always)]
     fn samples<F: Num>(&self, frame: &Frame, u: &[[f32; 2]], out: &mut [Drawn]) {
-        for (u, out) in u.chunks(F::WIDTH).zip(out.chunks_mut(F::WIDTH)) {
-            let (wi, pdf) = self.sample::<F>(frame, columns(u));
-            let (x, y, z, pdf) = (wi[0].store(), wi[1].store(), wi[2].store(), pdf.store());
-            let lanes = x.as_ref().iter().zip(y.as_ref()).zip(z.as_ref()).zip(pdf.as_ref());
-            for (out, (((&x, &y), &z), &pdf)) in out.iter_mut().zip(lanes) {
-                *out = Drawn { wi: [x, y, z], pdf };
-            }
-        }
+        each_register(u, out, |u| self.sample::<F>(frame, u));
     }
 
     /// As [`Density::pdf`], for all `wi`, as many as there is room for.
@@ -34,6 +27,19 @@ pub trait Density {
             for (out, &pdf) in out.iter_mut().zip(pdf.as_ref()) {
                 *out = pdf;
             }
+        }
+    }
+}
+
+/// Draws for all `u`, as many as there is room for, a register of them at a time.
+#[inline(always)]
+pub fn each_register<F: Num>(u: &[[f32; 2]], out: &mut [Drawn], sample: impl Fn([F; 2]) -> ([F; 3], F)) {
+    for (u, out) in u.chunks(F::WIDTH).zip(out.chunks_mut(F::WIDTH)) {
+        let (wi, pdf) = sample(columns(u));
+        let (x, y, z, pdf) = (wi[0].store(), wi[1].store(), wi[2].store(), pdf.store());
+        let lanes = x.as_ref().iter().zip(y.as_ref()).zip(z.as_ref()).zip(pdf.as_ref());
+        for (out, (((&x, &y), &z), &pdf)) in out.iter_mut().zip(lanes) {
+            *out = Drawn { wi: [x, y, z], pdf };
         }
     }
 }

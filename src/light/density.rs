@@ -7,7 +7,7 @@ use super::batch;
 use super::chart::Place;
 use super::tables::{Drawn, Light, Located};
 pub use super::walk::clamp_u;
-use super::walk::{Floats, TOGETHER, Walk, floats, put, set};
+use super::walk::{Floats, TOGETHER, Walk, floats, put, set, within};
 use crate::numeric::{self, ONE_MINUS_EPSILON};
 use crate::simd::{Apart, Num, prefetch};
 use crate::sphere::{Frame, UNIT};
@@ -51,7 +51,7 @@ pub fn unit<F: Num>([x, y, z]: [F; 3]) -> ([F; 3], F::Mask) {
 struct EndOfWalk<'a> {
     light: &'a Light<'a>,
     frame: &'a Frame,
-    walk: &'a Walk<TOGETHER>,
+    walk: &'a Walk<'a, TOGETHER>,
     numbers: &'a [Floats<TOGETHER>; 2],
     first: usize,
 }
@@ -232,7 +232,7 @@ impl Light<'_> {
                     solid_angle: floats::<F, TOGETHER>(solid_angle, first),
                 };
                 let valid = F::splat(0.0).lt(floats::<F, TOGETHER>(valid, first));
-                let located = self.at_place(&patch, &place);
+                let located = within(&patch, &place);
                 let pdf = F::only(valid, self.alone(&located)).store();
                 for (out, &pdf) in out.iter_mut().zip(pdf.as_ref()) {
                     *out = pdf;
@@ -293,7 +293,7 @@ impl Light<'_> {
         let outer =
             |numbers: [f32; 2]| [0, 1].map(|k: usize| (range[k].0 + numbers[k] * range[k].1).min(ONE_MINUS_EPSILON));
         let leads = |u: &[f32; 2]| located.is_in_patch_of(&self.draw_alone::<f32>(*u));
-        inward(located.numbers(self), located.middle(), outer, leads)
+        inward(located.numbers(), located.middle(), outer, leads)
     }
 }
 

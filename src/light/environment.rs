@@ -349,11 +349,16 @@ impl<'a> Environment<'a> {
     /// The tables alone: what samples and densities need.
     #[inline(never)]
     pub fn tables(&self) -> Light<'a> {
+        self.tables_of(Blob::new(self.bytes))
+    }
+
+    /// As [`Environment::tables`], cut from a blob of its bytes.
+    #[inline(always)]
+    pub fn tables_of(&self, blob: Blob<'a>) -> Light<'a> {
         let h = self.header;
         let s = &h.sections;
         let [starts, blocks, words, _] = h.lengths;
         let cells = h.grid[0] as usize * h.grid[1] as usize;
-        let blob = Blob::new(self.bytes);
         Light {
             chart: h.chart(),
             bilinear: h.flags & BILINEAR != 0,

@@ -26,7 +26,8 @@ pub struct Patches<F: Num> {
     behind: [F; 2],
     low: [F; 2],
     size: [F; 2],
-    corner: [F; 4],
+    /// The density inside.
+    shape: PatchDensity<F>,
     /// What 1 in a corner stands for, as radiance over the power of the light.
     brightest: F,
     probability: F,
@@ -50,8 +51,6 @@ pub struct Located<F: Num> {
 pub struct Drawn<F: Num> {
     /// The patches.
     pub patch: Patches<F>,
-    /// The densities inside.
-    pub(super) shape: PatchDensity<F>,
     /// Column and row inside, in [0, 1].
     pub position: [F; 2],
 }
@@ -76,18 +75,13 @@ impl<F: Num> Patches<F> {
     fn place(&self, position: [F; 2]) -> [F; 2] {
         [self.low[0] + position[0] * self.size[0], self.low[1] + position[1] * self.size[1]]
     }
-
-    #[inline(always)]
-    fn shape(&self, light: &Light<'_>) -> PatchDensity<F> {
-        PatchDensity::new(self.corner, light.chart.profiles(self.low, self.size))
-    }
 }
 
 impl<F: Num> Located<F> {
     /// The numbers of the direction in its cell: along columns and along rows, each in [0, 1 - 2^-24].
     #[inline(always)]
-    pub fn numbers(&self, light: &Light<'_>) -> [F; 2] {
-        F::apart(InCell { light, located: self })
+    pub fn numbers(&self) -> [F; 2] {
+        F::apart(InCell { located: self })
     }
 }
 
@@ -139,20 +133,17 @@ pub(super) type Floats<const N: usize> = [f32; N];
 pub(super) type Ints<const N: usize> = [u32; N];
 
 /// A walk of up to `N` lanes. Pairs are columns and rows.
-pub(super) struct Walk<const N: usize> {
+pub(super) struct Walk<'a, const N: usize> {
     pub(super) cell: Ints<N>,
     face: Ints<N>,
-    /// The share of the light that the cell has.
-    light: Floats<N>,
-    block: Ints<N>,
+    cells: [&'a Cell; N],
+    blocks: [&'a Block; N],
     /// Starts and ends of the part in the block, in units.
     inner: [[Ints<N>; 2]; 2],
     /// The first patch of the part on the face; before the last stage, which block of the cell.
     from: [Ints<N>; 2],
     /// One patch behind the part; before the last stage, which part of the block.
     behind: [Ints<N>; 2],
-    share: Floats<N>,
-    brightest: Floats<N>,
     /// Pairs of corner words: of the upper and of the lower row.
     corner: [Ints<N>; 2],
 }
@@ -189,26 +180,24 @@ impl<const N: usize> OfCells<N> {
     }
 }
 
-impl<const N: usize> Walk<N> {
+impl<'a, const N: usize> Walk<'a, N> {
     #[inline(always)]
     pub(super) fn new() -> Self {
         Walk {
             cell: [WHOLE; N],
             face: [WHOLE; N],
-            light: [NUMBER; N],
-            block: [WHOLE; N],
+            cells: [NO_CELL; N],
+            blocks: [NO_BLOCK; N],
             inner: [[[WHOLE; N]; 2]; 2],
             from: [[WHOLE; N]; 2],
             behind: [[WHOLE; N]; 2],
-            share: [NUMBER; N],
-            brightest: [NUMBER; N],
             corner: [[WHOLE; N]; 2],
         }
     }
 
     /// Begins in the cells that `u` (column, row) of each lane falls into, with the numbers in those cells.
     #[inline(always)]
-    pub(super) fn begin(&mut self, light: &Light<'_>, u: &[[f32; 2]], numbers: &mut [Floats<N>; 2], count: usize) {
+    pub(super) fn begin(&mut self, light: &Light<'a>, u: &[[f32; 2]], numbers: &mut [Floats<N>; 2], count: usize) {
         let [across, down] = numbers;
         // By number: so the compiler sees that every lane is one.
         #[allow(clippy::needless_range_loop)]
@@ -227,7 +216,7 @@ impl<const N: usize> Walk<N> {
     #[inline(never)]
     pub(super) fn down(
         &mut self,
-        light: &Light<'_>,
+        light: &Light<'a>,
         numbers: &mut [Floats<N>; 2],
         mut of_cells: Option<&mut OfCells<N>>,
         count: usize,
@@ -235,7 +224,6 @@ impl<const N: usize> Walk<N> {
         self.ask_for_starts(light, count);
         self.find_block_rows(light, numbers, of_cells.as_deref_mut(), count);
         self.find_blocks(light, numbers, of_cells, count);
-        self.ask_for_rows(light, count);
         self.find_rows(light, numbers, count);
         self.find_patches(light, numbers, count);
     }
@@ -243,24 +231,27 @@ impl<const N: usize> Walk<N> {
     // The stages of a walk down. Each reads what the one before asked for.
 
     #[inline(always)]
-    pub(super) fn ask_for_starts(&self, light: &Light<'_>, count: usize) {
-        for &cell in self.cell.iter().take(count) {
-            light.starts.prefetch(light.cell(cell).starts as usize);
+    fn ask_for_starts(&mut self, light: &Light<'a>, count: usize) {
+        for (&cell, out) in self.cell.iter().zip(&mut self.cells).take(count) {
+            *out = light.cell(cell);
+            if N > 1 {
+                light.starts.prefetch(out.starts as usize);
+            }
         }
     }
 
     // By number, here and below: so the compiler sees that every lane is one.
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    pub(super) fn find_block_rows(
+    fn find_block_rows(
         &mut self,
-        light: &Light<'_>,
+        light: &Light<'a>,
         numbers: &mut [Floats<N>; 2],
         mut of_cells: Option<&mut OfCells<N>>,
         count: usize,
     ) {
         for lane in 0..count.min(N) {
-            let c = light.cell(self.cell[lane]);
+            let c = self.cells[lane];
             let v = numbers[1][lane];
             let (row, range) = find(&light.starts, c.starts as usize, c.blocks[1].into(), v);
             light.starts.prefetch(c.row(row));
@@ -275,20 +266,19 @@ impl<const N: usize> Walk<N> {
 
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    pub(super) fn find_blocks(
+    fn find_blocks(
         &mut self,
-        light: &Light<'_>,
+        light: &Light<'a>,
         numbers: &mut [Floats<N>; 2],
         mut of_cells: Option<&mut OfCells<N>>,
         count: usize,
     ) {
         for lane in 0..count.min(N) {
-            let c = light.cell(self.cell[lane]);
+            let c = self.cells[lane];
             let (w, row) = (numbers[0][lane], self.from[1][lane] as usize);
             let (column, range) = find(&light.starts, c.row(row), c.blocks[0].into(), w);
             let block = c.first as usize + row * usize::from(c.blocks[0]) + column;
-            prefetch(light.blocks, block);
-            self.block[lane] = block as u32;
+            self.blocks[lane] = light.block(block as u32);
             self.from[0][lane] = column as u32;
             numbers[0][lane] = UNITS * rest(w, range);
             if let Some(of_cells) = &mut of_cells {
@@ -298,17 +288,14 @@ impl<const N: usize> Walk<N> {
     }
 
     #[inline(always)]
-    pub(super) fn ask_for_rows(&self, light: &Light<'_>, count: usize) {
-        for &block in self.block.iter().take(count) {
-            light.words.prefetch(light.block(block).rows as usize);
-        }
-    }
-
-    #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    pub(super) fn find_rows(&mut self, light: &Light<'_>, numbers: &[Floats<N>; 2], count: usize) {
+    fn find_rows(&mut self, light: &Light<'a>, numbers: &[Floats<N>; 2], count: usize) {
+        // One lane alone reads them at once.
+        if N > 1 {
+            self.blocks.iter().take(count).for_each(|block| light.words.prefetch(block.rows as usize));
+        }
         for lane in 0..count.min(N) {
-            let block = light.block(self.block[lane]);
+            let block = self.blocks[lane];
             let key = numbers[1][lane] as i32 as u32;
             let found = find16(&light.words, block.rows as usize, block.grid[1].into(), key, block.words_at_ends());
             light.prefetch_lines(block, found.0);
@@ -318,9 +305,9 @@ impl<const N: usize> Walk<N> {
 
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    pub(super) fn find_patches(&mut self, light: &Light<'_>, numbers: &[Floats<N>; 2], count: usize) {
+    fn find_patches(&mut self, light: &Light<'a>, numbers: &[Floats<N>; 2], count: usize) {
         for lane in 0..count.min(N) {
-            let block = light.block(self.block[lane]);
+            let block = self.blocks[lane];
             let line = block.line(self.behind[1][lane] as usize, light.bilinear);
             let key = numbers[0][lane] as i32 as u32;
             let starts = line + block.corners(light.bilinear);
@@ -340,7 +327,7 @@ impl<const N: usize> Walk<N> {
 
     /// Finds the patches at columns and rows of faces, which stand in `behind`.
     #[inline(never)]
-    pub(super) fn at(&mut self, light: &Light<'_>, mut of_cells: Option<&mut OfCells<N>>, count: usize) {
+    pub(super) fn at(&mut self, light: &Light<'a>, mut of_cells: Option<&mut OfCells<N>>, count: usize) {
         let count = count.min(N);
         let face_rows = light.grid[1] / light.chart.faces();
         for lane in 0..count {
@@ -348,16 +335,20 @@ impl<const N: usize> Walk<N> {
             self.cell[lane] = light.find_cell(self.face[lane], face_rows, patch);
         }
         for lane in 0..count {
-            let found = light.find_block(light.cell(self.cell[lane]), [self.behind[0][lane], self.behind[1][lane]]);
+            let cell = light.cell(self.cell[lane]);
+            let found = light.find_block(cell, [self.behind[0][lane], self.behind[1][lane]]);
+            self.cells[lane] = cell;
             for k in 0..2 {
                 self.from[k][lane] = found.at[k];
                 // Patches, for now.
                 self.behind[k][lane] = found.patch[k];
             }
-            self.block[lane] = found.number;
+            // Its number, for now.
+            self.inner[0][0][lane] = found.number;
         }
         for lane in 0..count {
-            let block = light.block(self.block[lane]);
+            let block = light.block(self.inner[0][0][lane]);
+            self.blocks[lane] = block;
             let row = self.behind[1][lane] >> block.step(1);
             light.words.prefetch(block.rows as usize);
             light.prefetch_lines(block, row as usize);
@@ -365,13 +356,13 @@ impl<const N: usize> Walk<N> {
             self.behind[1][lane] = row;
         }
         for lane in 0..count {
-            let block = light.block(self.block[lane]);
+            let block = self.blocks[lane];
             let (x, y) = (self.behind[0][lane] as usize, self.behind[1][lane] as usize);
             let [columns, rows] = block.grid.map(usize::from);
             let line = block.line(y, light.bilinear);
             let starts = line + block.corners(light.bilinear);
             if let Some(of_cells) = &mut of_cells {
-                let c = light.cell(self.cell[lane]);
+                let c = self.cells[lane];
                 let (i, j) = (self.from[0][lane] as usize, self.from[1][lane] as usize);
                 of_cells.put(1, lane, cell(&light.starts, c.starts as usize, j));
                 of_cells.put(0, lane, cell(&light.starts, c.row(j), i));
@@ -392,11 +383,8 @@ impl<const N: usize> Walk<N> {
     /// The last stage: the part of a block that was found becomes a patch on the face.
     #[inline(always)]
     fn put_patch(&mut self, light: &Light<'_>, lane: usize, block: &Block, line: usize) {
-        let c = light.cell(self.cell[lane]);
+        let c = self.cells[lane];
         self.face[lane] = c.face.into();
-        self.light[lane] = c.probability;
-        self.share[lane] = block.share;
-        self.brightest[lane] = block.brightest;
         if light.bilinear {
             let first = line + self.behind[0][lane] as usize;
             self.corner[0][lane] = light.pair(first);
@@ -440,20 +428,28 @@ impl<const N: usize> Walk<N> {
             );
             corner = [a, b, c, d];
         }
+        let size = [columns.edge(behind[0]) - low[0], rows.edge(behind[1]) - low[1]];
         Patches {
             cell: ints::<F, N>(&self.cell, first),
-            light: floats::<F, N>(&self.light, first),
+            light: self.each(first, |cell, _| cell.probability),
             face: whole(&self.face),
             first: from,
             behind,
             low,
-            size: [columns.edge(behind[0]) - low[0], rows.edge(behind[1]) - low[1]],
-            corner,
-            brightest: floats::<F, N>(&self.brightest, first),
-            probability: floats::<F, N>(&self.share, first) * row_width * column_width,
+            size,
+            shape: PatchDensity::new(corner, light.chart.profiles(low, size)),
+            brightest: self.each(first, |_, block| block.brightest),
+            probability: self.each::<F>(first, |_, block| block.share) * row_width * column_width,
             start: [outer[0].0 + outer[0].1 * (inner[0].0 * unit), outer[1].0 + outer[1].1 * (inner[1].0 * unit)],
             width: [outer[0].1 * column_width, outer[1].1 * row_width],
         }
+    }
+
+    /// Numbers of the cells and blocks of the lanes from `first` on.
+    #[inline(always)]
+    fn each<F: Num>(&self, first: usize, of: impl Fn(&Cell, &Block) -> f32) -> F {
+        let lanes = (self.cells.get(first..).unwrap_or(&[]), self.blocks.get(first..).unwrap_or(&[]));
+        F::each(|lane| of(lanes.0.get(lane).unwrap_or(&NO_CELL), lanes.1.get(lane).unwrap_or(&NO_BLOCK)))
     }
 
     /// Start and width of parts in their blocks, in units.
@@ -481,9 +477,8 @@ impl<const N: usize> Walk<N> {
         first: usize,
     ) -> Drawn<F> {
         let patch = self.patches::<F>(light, of_cells, first);
-        let shape = patch.shape(light);
         let inside = [self.in_part::<F>(numbers, 0, first), self.in_part::<F>(numbers, 1, first)];
-        let mut position = shape.sample(inside);
+        let mut position = patch.shape.sample(inside);
         if !light.bilinear {
             // Away from the borders, where a client's rounding might find the neighbour.
             position = [0, 1].map(|k: usize| {
@@ -491,7 +486,7 @@ impl<const N: usize> Walk<N> {
                 position[k].max(least).min(F::splat(1.0) - least)
             });
         }
-        Drawn { patch, shape, position }
+        Drawn { patch, position }
     }
 }
 
@@ -529,7 +524,6 @@ pub(super) struct FoundBlock {
 
 /// [`Located::numbers`].
 struct InCell<'a, F: Num> {
-    light: &'a Light<'a>,
     located: &'a Located<F>,
 }
 
@@ -539,7 +533,7 @@ impl<F: Num> Apart<F> for InCell<'_, F> {
     #[inline(always)]
     fn run(self) -> [F; 2] {
         let Located { patch, position, .. } = self.located;
-        let u = patch.shape(self.light).invert(*position);
+        let u = patch.shape.invert(*position);
         let (first, last) = (F::splat(0.0), F::splat(ONE_MINUS_EPSILON));
         [0, 1].map(|k: usize| (patch.start[k] + u[k] * patch.width[k]).max(first).min(last))
     }
@@ -596,12 +590,16 @@ impl<F: Num> Locate<'_, F> {
         let mut of_cells = OfCells::<N>::new();
         walk.at(light, if numbers { Some(&mut of_cells) } else { None }, F::WIDTH);
         let of_cells = if numbers { Some(&of_cells) } else { None };
-        (light.at_place(&walk.patches::<F>(light, of_cells, 0), &place), place)
+        (within(&walk.patches::<F>(light, of_cells, 0), &place), place)
     }
 
     #[inline(always)]
     fn find(&self) -> (Located<F>, Place<F>) {
-        if F::WIDTH == 1 { self.walk::<1>() } else { self.walk::<GROUP>() }
+        match F::WIDTH {
+            1 => self.walk::<1>(),
+            4 => self.walk::<4>(),
+            _ => self.walk::<GROUP>(),
+        }
     }
 }
 
@@ -651,7 +649,22 @@ pub struct Patch {
 /// How far rounding may carry a direction, of a client or of its own, in radians.
 const ROUNDING: f32 = 1.0 / (1 << 20) as f32;
 
-impl Light<'_> {
+/// What is read of a cell that does not exist.
+const NO_CELL: &Cell = &Cell {
+    origin: [0; 2],
+    patches: [0; 2],
+    blocks: [0; 2],
+    side: [0; 2],
+    face: 0,
+    reserved: 0,
+    starts: 0,
+    first: 0,
+    probability: 0.0,
+};
+/// What is read of a block that does not exist.
+const NO_BLOCK: &Block = &Block { rows: 0, brightest: 0.0, share: 0.0, grid: [0; 2], steps: 0, to_ends: 0 };
+
+impl<'a> Light<'a> {
     /// The cell that `u` (column, row) falls into in tables of cells, and the position in it.
     #[inline(always)]
     pub fn cell_at(&self, tops: &Table<'_, f32>, [w, v]: [f32; 2]) -> (usize, [f32; 2]) {
@@ -675,7 +688,11 @@ impl Light<'_> {
     pub fn sample_in<F: Num>(&self, cells: F::Ints, numbers: [F; 2]) -> Drawn<F> {
         let draw = Draw { light: self, cells, numbers: numbers.map(F::store) };
         // One by one a result is short, and many need it.
-        if F::WIDTH == 1 { F::apart(draw) } else { draw.walk::<GROUP>() }
+        match F::WIDTH {
+            1 => F::apart(draw),
+            4 => draw.walk::<4>(),
+            _ => draw.walk::<GROUP>(),
+        }
     }
 
     /// Where directions of unit length are, their densities within their cells, and, if `numbers`, what
@@ -726,12 +743,6 @@ impl Light<'_> {
         found
     }
 
-    /// A place in the patch that holds it.
-    #[inline(always)]
-    pub(super) fn at_place<F: Num>(&self, patch: &Patches<F>, place: &Place<F>) -> Located<F> {
-        within(patch, &patch.shape(self), place)
-    }
-
     /// The direction of a drawn place.
     #[inline(always)]
     pub fn direction_of<F: Num>(&self, drawn: &Drawn<F>) -> Direction<F> {
@@ -741,13 +752,13 @@ impl Light<'_> {
     /// The radiance at drawn places over the power: as [`Light::radiance`] finds it, but for rounding.
     #[inline(always)]
     pub fn radiance_at<F: Num>(&self, drawn: &Drawn<F>, density: F) -> F {
-        if self.bilinear { drawn.shape.bilinear(drawn.position) * drawn.patch.brightest } else { density }
+        if self.bilinear { drawn.patch.shape.bilinear(drawn.position) * drawn.patch.brightest } else { density }
     }
 
     /// Drawn places with their densities: what [`Light::locate`] would find, but for rounding at the borders of patches.
     #[inline(always)]
     pub fn drawn_at<F: Num>(&self, place: &Place<F>, drawn: &Drawn<F>) -> Located<F> {
-        located(&drawn.patch, &drawn.shape, drawn.position, place)
+        located(&drawn.patch, drawn.position, place)
     }
 
     /// As [`Light::locate`] for directions that were drawn from known patches: in those that still hold them, and a mask of the
@@ -769,7 +780,7 @@ impl Light<'_> {
                 out = F::or(out, F::or(from.lt(margin), (patch.size[k] - margin).lt(from)));
             }
         }
-        let located = within(patch, &drawn.shape, &place);
+        let located = within(patch, &place);
         // What has no density where it was drawn may have one where it is found.
         (located, F::or(out, self.alone(&located).le(F::splat(0.0))))
     }
@@ -787,8 +798,8 @@ impl Light<'_> {
             for (lane, column) in lanes.enumerate() {
                 let patch = walk.patches::<f32>(self, None, lane);
                 if patch.first == [column as f32, row as f32] {
-                    let Patches { low, size, light, probability, .. } = patch;
-                    each(&Patch { low, size, shape: patch.shape(self), share: light * probability });
+                    let Patches { low, size, shape, light, probability, .. } = patch;
+                    each(&Patch { low, size, shape, share: light * probability });
                 }
             }
         }
@@ -819,25 +830,13 @@ impl Light<'_> {
     }
 
     #[inline(always)]
-    pub(super) fn cell(&self, index: u32) -> &Cell {
-        const NONE: &Cell = &Cell {
-            origin: [0; 2],
-            patches: [0; 2],
-            blocks: [0; 2],
-            side: [0; 2],
-            face: 0,
-            reserved: 0,
-            starts: 0,
-            first: 0,
-            probability: 0.0,
-        };
-        self.cells.get(index as usize).unwrap_or(NONE)
+    pub(super) fn cell(&self, index: u32) -> &'a Cell {
+        self.cells.get(index as usize).unwrap_or(NO_CELL)
     }
 
     #[inline(always)]
-    pub(super) fn block(&self, index: u32) -> &Block {
-        const NONE: &Block = &Block { rows: 0, brightest: 0.0, share: 0.0, grid: [0; 2], steps: 0, to_ends: 0 };
-        self.blocks.get(index as usize).unwrap_or(NONE)
+    pub(super) fn block(&self, index: u32) -> &'a Block {
+        self.blocks.get(index as usize).unwrap_or(NO_BLOCK)
     }
 
     /// Two words that stand side by side, the first one low.
@@ -866,18 +865,19 @@ impl Light<'_> {
 
 /// A place in the patch that holds it.
 #[inline(always)]
-fn within<F: Num>(patch: &Patches<F>, shape: &PatchDensity<F>, place: &Place<F>) -> Located<F> {
+pub(super) fn within<F: Num>(patch: &Patches<F>, place: &Place<F>) -> Located<F> {
     let (zero, one) = (F::splat(0.0), F::splat(1.0));
     // The quotients do not wait for the place.
     let (across, down) = (one / patch.size[0], one / patch.size[1]);
     let s = ((place.position[0] - patch.low[0]) * across).max(zero).min(one);
     let t = ((place.position[1] - patch.low[1]) * down).max(zero).min(one);
-    located(patch, shape, [s, t], place)
+    located(patch, [s, t], place)
 }
 
 /// A position inside a patch, with its density.
 #[inline(always)]
-fn located<F: Num>(patch: &Patches<F>, shape: &PatchDensity<F>, position: [F; 2], place: &Place<F>) -> Located<F> {
+fn located<F: Num>(patch: &Patches<F>, position: [F; 2], place: &Place<F>) -> Located<F> {
+    let shape = &patch.shape;
     let area = (patch.size[0] * patch.size[1]) * place.solid_angle;
     let scale = patch.probability / (shape.total() * area).max(F::splat(f32::MIN_POSITIVE));
     Located { patch: *patch, position, density: scale * shape.unscaled(position) }

@@ -4,16 +4,16 @@
 
 use super::prepare::{integral, scale};
 use super::stored::{
-    COSINE_INCLUDED, Ends, Header, Leaves, MAX_DIVIDED, Places, Product, QUADS, Quad, WHOLE_SPHERE, mean, sum_parts,
-    tops, write_tops,
+    COSINE_INCLUDED, Header, Leaves, MAX_DIVIDED, Places, Product, QUADS, Quad, WHOLE_SPHERE, mean, sum_parts, tops,
+    write_tops,
 };
 use crate::brdf::material::{Kind, MAX_LOBES, Shape};
 use crate::light::environment::Environment;
-use crate::light::guide::{Guide, MAX_CELLS, value};
-use crate::light::parts::{BORDERS, MIDDLES, PARTS};
+use crate::light::guide::{Guide, MAX_CELLS};
+use crate::light::parts::MIDDLES;
 use crate::numeric::{exp2i, exponent};
 use crate::object::{Magic, has_checksum, write_checksum};
-use crate::simd::{Four, GROUP, Num, places};
+use crate::simd::GROUP;
 use crate::sphere::{Frame, unit};
 use crate::status::{Result, Status};
 
@@ -27,7 +27,7 @@ impl Header {
     pub fn stored_length(&self) -> Option<usize> {
         let [columns, rows] = self.grid;
         let fits = u64::from(columns) * u64::from(rows) <= MAX_CELLS as u64 && self.divided as usize <= MAX_DIVIDED;
-        let length = if fits { Places::new(self.grid, self.divided as usize).bytes } else { 0 };
+        let length = if fits { Places::new(self.grid, self.divided as usize).bytes() } else { 0 };
         Some(length).filter(|length| self.magic == Header::MAGIC && fits && *length == self.bytes as usize)
     }
 }
@@ -69,7 +69,7 @@ fn total(product: &Product<'_>, guide: &Guide<'_>) -> Option<f32> {
     let mut cells = [0; MAX_DIVIDED];
     let (mut weights, mut used) = ([0.0; MAX_CELLS], 0u32);
     for (cell, weight) in weights.iter_mut().enumerate().take(guide.cells()) {
-        let [upper, lower] = words(product.leaves.get(cell / GROUP)?, cell % GROUP);
+        let [upper, lower] = words(product.leaves().get(cell / GROUP)?, cell % GROUP);
         if upper & 0xffff == 0 && (upper, lower) != (0, 0) {
             let number = (upper >> 16).wrapping_sub(1);
             if lower != 0 || number >= header.divided || used & 1 << number != 0 {
@@ -90,48 +90,29 @@ fn total(product: &Product<'_>, guide: &Guide<'_>) -> Option<f32> {
     let mut table = [[0.0; 4]; MOST_TOPS];
     let table: &mut [Quad] = table.get_mut(..tops(header.grid).iter().sum())?;
     let total = write_tops(weights.get(..guide.cells())?, header.grid, table);
-    (product.tops == table).then_some(total)
+    (product.tops() == table).then_some(total)
 }
 
 /// The means of the divided cells; `None` if the ends of their parts are not those of their leaves, or their borders not those of the light.
 fn divided_means(product: &Product<'_>, guide: &Guide<'_>, cells: &[usize]) -> Option<[f32; MAX_DIVIDED]> {
     let mut all = [0.0; MAX_DIVIDED];
-    let (mut all_ends, mut all_borders) = (product.ends.chunks_exact(QUADS), product.borders.chunks_exact(QUADS));
-    let groups = cells.chunks(GROUP).zip(product.parts.chunks_exact(MIDDLES));
-    for ((cells, leaves), out) in groups.zip(all.chunks_exact_mut(GROUP)) {
-        let (mut means, mut ends): (_, Ends) = ([[0.0; GROUP]; MIDDLES], [[[0.0; GROUP]; PARTS]; QUADS]);
-        for (out, leaves) in means.iter_mut().zip(leaves) {
-            *out = group_means(leaves);
+    let found = product.divided().iter().zip(product.borders().chunks_exact(QUADS));
+    for ((&cell, out), (divided, borders)) in cells.iter().zip(&mut all).zip(found) {
+        let steps = guide.steps(cell).iter().map(|&step| (step, 0));
+        let own = borders.iter().flat_map(|&[a, b, c, none]| [a, b, c].map(|step| (step, none)));
+        if !own.eq(steps) {
+            return None;
         }
-        let mut borders = [[1.0; GROUP]; BORDERS];
-        for (lane, &cell) in cells.iter().enumerate() {
-            let steps = guide.steps(cell);
-            borders.iter_mut().zip(steps).for_each(|(row, &step)| row[lane % GROUP] = value(step));
-            let own = all_borders.next()?.iter().flat_map(|&[a, b, c, none]| [a, b, c].map(|step| (step, none)));
-            if !own.eq(steps.iter().map(|&step| (step, 0))) {
-                return None;
-            }
+        let (mut means, mut ends) = ([0.0; MIDDLES], [[0.0; 4]; QUADS]);
+        for (part, out) in means.iter_mut().enumerate() {
+            *out = mean(words(divided.leaves.get(part / GROUP)?, part % GROUP));
         }
-        for first in places::<Four>() {
-            let means = means.each_ref().map(|means| Four::at(means, first));
-            sum_parts(&means, &borders, &mut ends, first).write(out, first);
-        }
-        for lane in 0..cells.len() {
-            let quads = ends.iter().map(|of| of.map(|row| row[lane % GROUP]));
-            if !all_ends.next()?.iter().copied().eq(quads) {
-                return None;
-            }
+        *out = sum_parts(&means, &guide.borders(cell), &mut ends);
+        if divided.ends != ends {
+            return None;
         }
     }
     Some(all)
-}
-
-/// The means of a group of leaves. Apart, since its caller would be unrolled around it.
-#[inline(never)]
-fn group_means(leaves: &Leaves) -> [f32; GROUP] {
-    let mut means = [0.0; GROUP];
-    means.iter_mut().enumerate().for_each(|(lane, out)| *out = mean(words(leaves, lane)));
-    means
 }
 
 /// The words of a leaf.

@@ -4,8 +4,8 @@
 //! function of the f32 world direction, and a sample's pdf is that function at the direction that it returns.
 
 use super::peak::Peak;
-use super::stored::{Leaves, Product, QUADS, Quad, STORED_ONE, mean, tops};
-use crate::light::batch::{Density, Drawn};
+use super::stored::{Product, QUADS, QUADS_OF_DIVIDED, QUADS_OF_PARTS, Quad, STORED_ONE, WORDS, mean, tops};
+use crate::light::batch::{Density, Drawn, each_register};
 use crate::light::density::{Inverted, clamp_u, inward, settle_lanes, to_world};
 use crate::light::guide::ROUNDING;
 use crate::light::parts::PARTS;
@@ -20,9 +20,11 @@ use crate::sphere::Frame;
 #[derive(Clone, Copy, Debug)]
 pub struct Shaded<'a> {
     /// The light.
-    pub light: Light<'a>,
+    pub light: &'a Light<'a>,
     /// The product.
     pub product: Product<'a>,
+    /// Its narrow lobes.
+    pub(super) peak: Option<Peak<'a>>,
 }
 
 /// Where F is bilinear, in lanes: cells, or parts of some.
@@ -82,6 +84,13 @@ fn plus<F: Num>(a: F::Whole, b: usize) -> F::Whole {
 }
 
 impl<'a> Shaded<'a> {
+    /// A product of a light, ready to draw from.
+    #[inline(always)]
+    pub fn new(light: &'a Light<'a>, product: Product<'a>) -> Shaded<'a> {
+        let peak = if product.header.peak > 0.0 { Some(Peak::of(product.header)) } else { None };
+        Shaded { light, product, peak }
+    }
+
     /// The integral of the light's colour x luminance of BRDF x cosine, from the colours and the power of the light.
     pub fn colour(&self, colours: &[[f32; 3]]) -> [f32; 3] {
         let mut sum = [0.0f64; 3];
@@ -109,12 +118,11 @@ impl<'a> Shaded<'a> {
         sum.map(|c| c * scale).map(|c| if c.is_nan() { 0.0 } else { c.clamp(-largest, largest) as f32 })
     }
 
-    /// The words of leaves, for the places of their upper words among all.
+    /// The words of leaves behind quad `first`, for the places of their upper words among all.
     #[inline(always)]
-    fn words<F: Num>(leaves: &[Leaves], place: F::Whole) -> [F::Whole; 2] {
-        let words = bytemuck::try_cast_slice(leaves).unwrap_or(&[]);
-        let place = place.shl::<1>();
-        [F::pairs(words, place), F::pairs(words, plus::<F>(place, 2 * GROUP))]
+    fn words<F: Num>(&self, first: usize, place: F::Whole) -> [F::Whole; 2] {
+        let place = plus::<F>(place.shl::<1>(), WORDS * first);
+        [F::pairs(self.product.words, place), F::pairs(self.product.words, plus::<F>(place, 2 * GROUP))]
     }
 
     /// The leaves of cells, and of the lanes whose cells are divided the numbers of those among the divided ones; `None` if none is.
@@ -122,7 +130,7 @@ impl<'a> Shaded<'a> {
     fn cell<F: Num>(&self, cell: F::Whole) -> (Leaf<F>, Option<Divided<F>>) {
         let (zero, one) = (F::splat(0.0), F::splat(1.0));
         // Groups have as many lower words.
-        let words = Self::words::<F>(self.product.leaves, cell + (cell & F::Whole::splat(!(GROUP as u32 - 1))));
+        let words = self.words::<F>(0, cell + (cell & F::Whole::splat(!(GROUP as u32 - 1))));
         let leaf = Leaf { words, start: [zero; 2], end: [one; 2] };
         let number = F::of_whole(words[0].shr::<16>());
         let marked = F::of_whole(words[0] & F::Whole::splat(0xffff)).le(zero);
@@ -134,9 +142,8 @@ impl<'a> Shaded<'a> {
     /// Borders of parts.
     #[inline(always)]
     fn borders<F: Num>(&self, place: F::Whole) -> [F; 3] {
-        let borders = bytemuck::try_cast_slice(self.product.borders).unwrap_or(&[]);
-        let place = place.shl::<2>();
-        let (low, high) = (F::pairs(borders, place), F::pairs(borders, plus::<F>(place, 2)));
+        let place = plus::<F>(place.shl::<2>(), WORDS * self.product.places.borders);
+        let (low, high) = (F::pairs(self.product.words, place), F::pairs(self.product.words, plus::<F>(place, 2)));
         // None is negative.
         let number = |step: F::Whole| F::of_whole(step & F::Whole::splat(0xffff)) * ROUNDING;
         [number(low), number(low.shr::<16>()), number(high)]
@@ -145,17 +152,18 @@ impl<'a> Shaded<'a> {
     /// The leaves of parts (column, row) of divided cells.
     #[inline(always)]
     fn part<F: Num>(&self, number: F::Whole, [column, row]: [F; 2], [columns, rows]: [[F; 3]; 2]) -> Leaf<F> {
-        let group = number & F::Whole::splat(!(GROUP as u32 - 1));
         let part = (row * PARTS as f32 + column).to_whole();
-        // A group of cells has 16 groups of parts, and those twice as many words.
-        let place = group.shl::<5>() + part.shl::<4>() + (number & F::Whole::splat(GROUP as u32 - 1));
+        // Words are pairs of those that a quad counts. Groups have as many lower ones.
+        let place = number * F::Whole::splat((WORDS / 2 * QUADS_OF_DIVIDED) as u32)
+            + part
+            + (part & F::Whole::splat(GROUP as u32));
         let range = |[a, b, c]: [F; 3], index: F| {
             let behind = |k: f32| F::splat(k).le(index);
             let start = F::select(behind(3.0), c, F::select(behind(2.0), b, F::only(behind(1.0), a)));
             (start, F::select(behind(3.0), F::splat(1.0), F::select(behind(2.0), c, F::select(behind(1.0), b, a))))
         };
         let ((left, right), (top, bottom)) = (range(columns, column), range(rows, row));
-        Leaf { words: Self::words::<F>(self.product.parts, place), start: [left, top], end: [right, bottom] }
+        Leaf { words: self.words::<F>(self.product.places.divided, place), start: [left, top], end: [right, bottom] }
     }
 
     /// `a` in the lanes of a mask, elsewhere `b`.
@@ -189,10 +197,10 @@ impl<'a> Shaded<'a> {
     /// The cells that `u` leads to, the leaves in them, and what is left of `u`.
     #[inline(always)]
     fn search<F: Num>(&self, [across, down]: [F; 2]) -> (F::Whole, Leaf<F>, [F; 2]) {
-        let (zero, one, all) = (F::splat(0.0), F::splat(1.0), self.product.tops);
-        let grid = self.product.header.grid;
-        let [rows, quads, _] = tops(grid);
-        let of_rows = all.get(..rows).unwrap_or(&[]);
+        let (zero, one) = (F::splat(0.0), F::splat(1.0));
+        let Product { header, quads: all, places, .. } = self.product;
+        let [rows, quads, _] = tops(header.grid);
+        let of_rows = all.get(places.tops..places.tops + rows).unwrap_or(&[]);
         let (last, before) = of_rows.split_last().unwrap_or((&[0.0; 4], &[]));
         let number = down * last[3];
         let (mut quad, mut start) = (zero, zero);
@@ -201,36 +209,36 @@ impl<'a> Shaded<'a> {
             quad = quad + F::only(behind, one);
             start = F::select(behind, F::splat(end), start);
         }
-        let (row, range) = find(F::rows(all, quad.to_whole()), start, number);
+        let (row, range) = find(F::rows(of_rows, quad.to_whole()), start, number);
         let (mut row, mut v) = (quad * 4.0 + row, rest(number, range));
         let mut place = row;
         let mut number = across;
         if quads > 0 {
-            let sums = F::rows(all, plus::<F>(row.to_whole(), rows));
+            let sums = F::rows(all, plus::<F>(row.to_whole(), places.tops + rows));
             number = across * sums[3];
             let (quad, [start, _]) = find(sums, zero, number);
             (place, number) = (row * 4.0 + quad, number - start);
         }
-        let sums = F::rows(all, plus::<F>(place.to_whole(), rows + quads));
+        let sums = F::rows(all, plus::<F>(place.to_whole(), places.tops + rows + quads));
         // Below the sum, or the number would fall into a cell without weight behind the last one with some.
         number = (if quads > 0 { number } else { across * sums[3] }).min(sums[3] * ONE_MINUS_EPSILON);
         let (column, range) = find(sums, zero, number);
         let (cell, mut w) = ((place * 4.0 + column).to_whole(), rest(number, range));
         let (leaf, divided) = self.cell::<F>(cell);
         let Some((divided, number)) = divided else { return (cell, leaf, [w, v]) };
-        let ends = self.product.ends;
-        let first = number * F::Whole::splat(QUADS as u32);
+        let first = plus::<F>(number * F::Whole::splat(QUADS_OF_DIVIDED as u32), places.divided + QUADS_OF_PARTS);
         let pick = |place: F::Whole, u: F| {
-            let sums = F::rows(ends, place);
+            let sums = F::rows(all, place);
             let number = u * sums[3];
             let (index, range) = find(sums, zero, number);
             (index, F::select(divided, rest(number, range), u))
         };
         (row, v) = pick(first, v);
-        let of_row = plus::<F>(first, 1) + row.to_whole();
+        let of_row = plus::<F>(row.to_whole(), 1);
         let column;
-        (column, w) = pick(of_row, w);
-        let borders = [self.borders::<F>(of_row), self.borders::<F>(first)];
+        (column, w) = pick(first + of_row, w);
+        let first = number * F::Whole::splat(QUADS as u32);
+        let borders = [self.borders::<F>(first + of_row), self.borders::<F>(first)];
         (cell, Self::either(divided, &self.part(number, [column, row], borders), &leaf), [w, v])
     }
 
@@ -247,7 +255,7 @@ impl<'a> Shaded<'a> {
     /// The density of located directions by the grid. `near`: leaves that may hold them.
     #[inline(always)]
     fn grid<F: Num>(&self, located: &Located<F>, near: Option<&Leaf<F>>) -> F {
-        let numbers = located.numbers(&self.light);
+        let numbers = located.numbers();
         let leaf = match near.filter(|near| near.holds(numbers)) {
             Some(near) => *near,
             None => self.leaf_at(F::whole(located.patch.cell), numbers),
@@ -283,7 +291,7 @@ impl<'a> Shaded<'a> {
     /// The density of directions of map space for that of the grid.
     #[inline(always)]
     fn mixed<F: Num>(&self, map: [F; 3], grid: F) -> F {
-        match &self.product.peak {
+        match &self.peak {
             None => grid,
             Some(peak) => F::splat(1.0 - peak.share()) * grid + F::splat(peak.share()) * peak.density(map),
         }
@@ -310,7 +318,7 @@ impl<'a> Shaded<'a> {
     /// The densities of world directions for those of the grid.
     #[inline(always)]
     fn with_lobes<F: Num>(&self, frame: &Frame, world: [F; 3], grid: F) -> F {
-        if self.product.peak.is_none() {
+        if self.peak.is_none() {
             return grid;
         }
         let (map, _) = self.light.valid(frame, world);
@@ -355,7 +363,7 @@ impl<'a> Shaded<'a> {
         if !(density > 0.0) {
             return Inverted::Zero;
         }
-        let peak = self.product.peak.map_or(0.0, |peak| peak.share());
+        let peak = self.peak.map_or(0.0, |peak| peak.share());
         let [cell] = located.patch.cell;
         let outer = |numbers: [f32; 2]| {
             let [w, v] = self.outer(cell, numbers);
@@ -369,7 +377,7 @@ impl<'a> Shaded<'a> {
             let (cells, numbers, _) = self.cells::<f32>([min(grid, ONE_MINUS_EPSILON), u[1]]);
             located.is_in_patch_of(&self.light.sample_in::<f32>(cells, numbers))
         };
-        inward(located.numbers(&self.light), located.middle(), outer, leads)
+        inward(located.numbers(), located.middle(), outer, leads)
     }
 
     /// The numbers of the grid that lead to numbers (w, v) of a cell: the inverse of [`Shaded::cells`].
@@ -387,12 +395,13 @@ impl<'a> Shaded<'a> {
             let of = |place: usize| self.borders::<f32>(f32::whole([place as u32]));
             let row = part(of(first), v);
             let column = part(of(first + 1 + row), w);
-            let ends = self.product.ends;
+            let none = &[[1.0; 4]; QUADS];
+            let ends = self.product.divided().get(first / QUADS).map_or(none, |divided| &divided.ends);
             let share =
                 |quad: usize, place: usize, u: f32| within(ends, 4 * quad + place, u) / within(ends, 4 * quad + 3, 1.0);
-            u = [share(first + 1 + row, column, u[0]), share(first, row, u[1])];
+            u = [share(1 + row, column, u[0]), share(0, row, u[1])];
         }
-        let all = self.product.tops;
+        let all = self.product.tops();
         let [rows, quads, _] = tops(self.product.header.grid);
         let of_row = if quads > 0 { 16 } else { 4 };
         let (row, column) = (cell as usize / of_row, cell as usize % of_row);
@@ -415,7 +424,7 @@ impl Density for Shaded<'_> {
     #[inline(always)]
     fn sample<F: Num>(&self, frame: &Frame, u: [F; 2]) -> ([F; 3], F) {
         let u = [clamp_u(u[0]), clamp_u(u[1])];
-        let Some(peak) = &self.product.peak else { return self.sample_grid(frame, u) };
+        let Some(peak) = &self.peak else { return self.sample_grid(frame, u) };
         let from_peak = u[0].lt(F::splat(peak.share()));
         let lanes = F::bits(from_peak);
         if lanes == 0 {
@@ -433,14 +442,15 @@ impl Density for Shaded<'_> {
     /// Numbers that draw from narrow lobes and those that draw from the grid fill lanes of their own.
     #[inline(always)]
     fn samples<F: Num>(&self, frame: &Frame, u: &[[f32; 2]], out: &mut [Drawn]) {
-        let share = self.product.peak.map_or(0.0, |peak| peak.share());
+        let Some(peak) = &self.peak else { return each_register(u, out, |u| self.sample::<F>(frame, u)) };
+        let share = peak.share();
         for (u, out) in u.chunks(TOGETHER).zip(out.chunks_mut(TOGETHER)) {
             let count = u.len().min(out.len());
-            let (mut order, mut behind_grid, mut peak) = ([0u8; TOGETHER], 0, count);
+            let (mut order, mut behind_grid, mut first_of_peak) = ([0u8; TOGETHER], 0, count);
             for (number, &[first, _]) in (0..).zip(u).take(count) {
                 let place = if clamp_u(first) < share {
-                    peak -= 1;
-                    peak
+                    first_of_peak -= 1;
+                    first_of_peak
                 } else {
                     behind_grid += 1;
                     behind_grid - 1
@@ -462,12 +472,10 @@ impl Density for Shaded<'_> {
                     put(down.as_mut(), lane, y);
                 }
                 let (across, down) = (clamp_u(F::load(across)), clamp_u(F::load(down)));
-                let (wi, pdf) = match &self.product.peak {
-                    Some(peak) if from_peak => self.sample_peak(frame, peak, [of_peak(share, across), down]),
-                    peak => {
-                        let across = if peak.is_some() { of_grid(share, across) } else { across };
-                        self.sample_grid(frame, [across, down])
-                    }
+                let (wi, pdf) = if from_peak {
+                    self.sample_peak(frame, peak, [of_peak(share, across), down])
+                } else {
+                    self.sample_grid(frame, [of_grid(share, across), down])
                 };
                 let (x, y, z, pdf) = (wi[0].store(), wi[1].store(), wi[2].store(), pdf.store());
                 let drawn = x.as_ref().iter().zip(y.as_ref()).zip(z.as_ref()).zip(pdf.as_ref());

@@ -6,20 +6,20 @@
 use super::peak::{self, Mixture};
 use super::share;
 use super::stored::{
-    COSINE_INCLUDED, Corners, Ends, Header, Leaves, MAX_DIVIDED, Places, QUADS, Quad, STORED_ONE, WHOLE_SPHERE, store,
-    sum_parts, widths, write_tops,
+    COSINE_INCLUDED, Corners, Divided, Header, Leaves, MAX_DIVIDED, Places, QUADS, Quad, STORED_ONE, WHOLE_SPHERE,
+    store, sum_parts, widths, write_tops,
 };
 use crate::brdf::point::Point;
 use crate::brdf::surface::Surface;
 use crate::brdf::vector::dot;
 use crate::light::environment::Environment;
 use crate::light::guide::{self, Column, Columns, Guide, MAX_CELLS, MAX_CORNERS, Short, read};
-use crate::light::parts::{BORDERS, MIDDLES, PARTS};
+use crate::light::parts::{Borders, MIDDLES, PARTS};
 use crate::numeric::{exp2i, exponent, max, min};
 use crate::object::{Magic, take};
 use crate::simd::{Apart, Compute, GROUP, Level, Num, REGISTERS, compute, places, sum};
 use crate::status::{Error, Status};
-use bytemuck::{Pod, Zeroable, cast_mut, cast_ref};
+use bytemuck::{Pod, Zeroable};
 
 /// What a product is prepared for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -197,9 +197,9 @@ impl Task<'_> {
         let Task { level, environment, point, config } = self;
         let guide = environment.guide().ok_or(Error::new(Status::NotBuilt, 0))?;
         let (grid, power) = (environment.header().grid, environment.header().power);
-        let too_small = |divided| Error::too_small(0, Places::new(grid, divided).bytes);
+        let too_small = |divided| Error::too_small(0, Places::new(grid, divided).bytes());
         let places = Places::new(grid, 0);
-        if memory.len() < places.bytes {
+        if memory.len() < places.bytes() {
             return Err(too_small(0));
         }
         let (lobes, allowed) = peak::choose(point.material, surface, &config.mixture);
@@ -210,12 +210,12 @@ impl Task<'_> {
         let mut rest = memory;
         let misaligned = Error::new(Status::Misaligned, 0);
         let header = take::<Header>(&mut rest, 1).and_then(|of| of.first_mut()).ok_or(misaligned)?;
-        let leaves = take(&mut rest, places.leaves.count).ok_or(misaligned)?;
-        let tops = take(&mut rest, places.tops.count).ok_or(misaligned)?;
+        let leaves = take(&mut rest, guide.cells() / GROUP).ok_or(misaligned)?;
+        let tops = take(&mut rest, places.divided - places.tops).ok_or(misaligned)?;
         let laid = compute(level, Lay { stage, room: config.divided.min(MAX_DIVIDED), grid, leaves, tops, rest });
         let Laid { total, unit, divided, adds_lobes } = laid.map_err(too_small)?;
         let scale = scale(total);
-        let bytes = Places::new(grid, divided).bytes;
+        let bytes = Places::new(grid, divided).bytes();
         let flag = |is_set: bool, flag: u32| if is_set { flag } else { 0 };
         *header = Header {
             magic: Header::MAGIC,
@@ -496,6 +496,7 @@ fn highest<F: Num>(lanes: F) -> f32 {
 struct Chosen {
     /// The bits of what it is worth, then those of the cell's number, inverted.
     keys: [u64; MOST_CHOSEN],
+    count: usize,
     room: usize,
 }
 
@@ -507,33 +508,21 @@ impl Chosen {
     #[inline(always)]
     fn add(&mut self, cell: u32, worth: f32) {
         let key = u64::from(worth.to_bits()) << 32 | u64::from(!cell);
-        for place in (0..self.room).rev() {
-            let kept = self.keys[place % MOST_CHOSEN];
-            if kept > key {
-                break;
+        let mut place = self.count;
+        if place == self.room {
+            place -= 1;
+            if self.keys[place % MOST_CHOSEN] > key {
+                return;
             }
-            if place + 1 < self.room {
-                self.keys[(place + 1) % MOST_CHOSEN] = kept;
-            }
-            self.keys[place % MOST_CHOSEN] = key;
+        } else {
+            self.count += 1;
         }
+        while place > 0 && self.keys[(place - 1) % MOST_CHOSEN] < key {
+            self.keys[place % MOST_CHOSEN] = self.keys[(place - 1) % MOST_CHOSEN];
+            place -= 1;
+        }
+        self.keys[place % MOST_CHOSEN] = key;
     }
-
-    /// The cells, and how many there are.
-    fn cells(&self) -> ([u32; MOST_CHOSEN], usize) {
-        (self.keys.map(|key| !(key as u32)), self.keys.iter().take_while(|&&key| key > 0).count())
-    }
-}
-
-/// F at the middles of the parts of a group of divided cells, behind each other, then the borders of the parts.
-type Held = [[f32; GROUP]; 2 * MIDDLES];
-
-fn middles_of(held: &Held) -> &[[f32; GROUP]; MIDDLES] {
-    held.first_chunk().unwrap_or(&[[0.0; GROUP]; MIDDLES])
-}
-
-fn borders_of(held: &Held) -> &[[f32; GROUP]; BORDERS] {
-    held.get(MIDDLES..).and_then(|rest| rest.first_chunk()).unwrap_or(&[[1.0; GROUP]; BORDERS])
 }
 
 /// Whether a part reflects so little at its middle that most of its least value is wasted.
@@ -542,23 +531,20 @@ fn is_wasted<F: Num>(middle: F, least: F) -> F::Mask {
     middle.lt(F::splat(0.5) * least)
 }
 
-/// F over part (column, row) of the cells from place `first` of a group on: the middle's value with the slopes to its neighbours. `kept`: the least value where nothing is
+/// F at the middles of the parts of a cell, with as many numbers on both sides as a row has parts.
+type Middles = [f32; PARTS + MIDDLES + PARTS];
+
+/// F over the parts of a cell from part `first` on: the middle's value with the slopes to its neighbours. `kept`: the least value where nothing is
 /// reflected, also not beside the part.
 #[inline(always)]
-fn part<F: Num>(
-    middles: &[[f32; GROUP]; MIDDLES],
-    first: usize,
-    [column, row]: [usize; 2],
-    least: F,
-    kept: F,
-) -> Corners<F> {
-    let at = |column: usize, row: usize| F::at(middles.get(row * PARTS + column).unwrap_or(&[0.0; GROUP]), first);
-    let value = at(column, row);
+fn parts_from<F: Num>(middles: &Middles, first: usize, least: F, kept: F) -> Corners<F> {
+    let at = |further: usize| F::at(middles, first + further);
+    let value = at(PARTS);
     let half = F::splat(0.5);
-    let (left, right) = (at(column.saturating_sub(1), row), at((column + 1).min(PARTS - 1), row));
-    let (top, bottom) = (at(column, row.saturating_sub(1)), at(column, (row + 1).min(PARTS - 1)));
-    let across = slope::<F>(left, value, right, column) * half;
-    let down = slope::<F>(top, value, bottom, row) * half;
+    let column = F::each(|lane| ((first + lane) % PARTS) as f32);
+    let row = F::each(|lane| ((first + lane) / PARTS) as f32);
+    let across = slope::<F>(at(PARTS - 1), value, at(PARTS + 1), column) * half;
+    let down = slope::<F>(at(0), value, at(2 * PARTS), row) * half;
     let [a, b, c, d] = [value - across - down, value + across - down, value - across + down, value + across + down];
     let highest = value + F::splat(REACH) * (across.abs() + down.abs());
     let is_dark = F::and(is_wasted::<F>(value, least), highest.le(F::splat(0.0)));
@@ -569,19 +555,14 @@ fn part<F: Num>(
 /// The slope over a part: at either end of a cell to the only neighbour; elsewhere the mean of both, but at most twice the smaller,
 /// so that a jump on one side does not overshoot on the other (van Leer 1977).
 #[inline(always)]
-fn slope<F: Num>(before: F, value: F, behind: F, place: usize) -> F {
+fn slope<F: Num>(before: F, value: F, behind: F, place: F) -> F {
     let (zero, two) = (F::splat(0.0), F::splat(2.0));
     let (left, right) = (value - before, behind - value);
-    if place == 0 {
-        return right;
-    }
-    if place == PARTS - 1 {
-        return left;
-    }
     let mean = F::splat(0.5) * (left + right);
     let limit = two * left.abs().min(right.abs());
-    let limited = (mean.abs().min(limit)).copysign(mean);
-    F::only(zero.lt(left * right), limited)
+    let limited = F::only(zero.lt(left * right), (mean.abs().min(limit)).copysign(mean));
+    let last = F::splat(PARTS as f32 - 1.0).le(place);
+    F::select(place.le(zero), right, F::select(last, left, limited))
 }
 
 /// F before it is stored, in the unit of what leaves hold.
@@ -638,26 +619,25 @@ impl Compute for Lay<'_, '_> {
         let Lay { mut stage, room, grid, leaves, tops, mut rest } = self;
         let unit = stage.evaluate::<F>();
         stage.lay::<F>(leaves);
-        let mut chosen = Chosen { keys: [0; MOST_CHOSEN], room };
+        let mut chosen = Chosen { keys: [0; MOST_CHOSEN], count: 0, room };
         if room > 0 && unit > 0.0 {
             stage.look_closer::<F>();
             stage.choose::<F>(&mut chosen);
         }
-        let (cells, count) = chosen.cells();
-        let cells = cells.get(..count).unwrap_or(&[]);
+        let cells = chosen.keys.map(|key| !(key as u32));
+        let cells = cells.get(..chosen.count).unwrap_or(&[]);
         let mut adds_lobes = false;
         if !cells.is_empty() {
-            let quads = QUADS * cells.len();
-            let parts = take::<Leaves>(&mut rest, MIDDLES * cells.len().div_ceil(GROUP)).ok_or(cells.len())?;
-            let ends = take::<Quad>(&mut rest, quads).ok_or(cells.len())?;
-            let borders = take::<[Short; 4]>(&mut rest, quads.next_multiple_of(2)).ok_or(cells.len())?;
-            let wasted = stage.hold::<F>(cells, parts, borders);
+            let divided = take::<Divided>(&mut rest, cells.len()).ok_or(cells.len())?;
+            let borders = (QUADS * cells.len()).next_multiple_of(2);
+            let borders = take::<[Short; 4]>(&mut rest, borders).ok_or(cells.len())?;
+            let wasted = stage.hold::<F>(cells, divided, borders);
             let mut kept = 1.0;
             if stage.surface.lobe_count() > 0 {
                 adds_lobes = wasted > LITTLE_WASTED && 1.0 + wasted > (1.0 + WASTED) * (1.0 - stage.from_peak);
                 kept = min(MOST_WASTED / wasted, 1.0);
             }
-            stage.divide::<F>(cells, kept, parts, ends);
+            stage.divide::<F>(cells, kept, divided);
             for (number, &cell) in (1..).zip(cells) {
                 mark(leaves, cell, number);
             }
@@ -857,54 +837,47 @@ impl<'a> Stage<'a> {
         }
     }
 
-    /// Keeps F at the middles of the parts of divided cells and the borders of the parts where their leaves will stand, and writes the borders. The weights
-    /// of the cells become 0. Answers what parts that reflect nothing would take by their least value, over what all others reflect.
+    /// Keeps F at the middles of the parts of divided cells where their leaves will stand, and writes the borders of the parts. Answers what parts that
+    /// reflect nothing would take by their least value, over what all others reflect.
     #[inline(always)]
-    fn hold<F: Num>(&mut self, cells: &[u32], parts: &mut [Leaves], all_borders: &mut [[Short; 4]]) -> f32 {
-        if let Some(last) = all_borders.last_mut() {
+    fn hold<F: Num>(&mut self, cells: &[u32], divided: &mut [Divided], borders: &mut [[Short; 4]]) -> f32 {
+        if let Some(last) = borders.last_mut() {
             *last = [0; 4];
         }
+        let mut any_wasted = 0;
+        for ((&cell, divided), borders) in cells.iter().zip(&mut *divided).zip(borders.chunks_exact_mut(QUADS)) {
+            let middles = held_mut(divided);
+            self.middles::<F>(cell, middles);
+            let least = F::splat(self.least(cell));
+            for middles in middles.chunks_exact(F::WIDTH) {
+                any_wasted |= F::bits(is_wasted::<F>(F::read(middles), least));
+            }
+            let steps = self.guide.steps(cell as usize);
+            let [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o] = *steps;
+            if let Some(out) = borders.first_chunk_mut() {
+                *out = [[a, b, c, 0], [d, e, f, 0], [g, h, i, 0], [j, k, l, 0], [m, n, o, 0]];
+            }
+        }
+        if any_wasted == 0 { 0.0 } else { self.wasted::<F>(cells, divided) }
+    }
+
+    /// What [`Stage::hold`] answers where a part of some cell reflects nothing.
+    #[inline(always)]
+    fn wasted<F: Num>(&mut self, cells: &[u32], divided: &[Divided]) -> f32 {
         let zero = F::splat(0.0);
         let (mut wasted, mut reflected) = ([zero; REGISTERS], [zero; REGISTERS]);
-        let mut all_borders = all_borders.chunks_exact_mut(QUADS);
-        for (cells, parts) in cells.chunks(GROUP).zip(parts.chunks_exact_mut(MIDDLES)) {
-            let Some(parts) = parts.first_chunk_mut::<MIDDLES>() else { break };
-            let held: &mut Held = cast_mut(parts);
-            let (mut masses, mut floors) = ([0.0; GROUP], [0.0; GROUP]);
-            for (lane, &cell) in cells.iter().enumerate() {
-                let mut all = [0.5; 2 * MIDDLES];
-                let (middles, borders) = all.split_at_mut(MIDDLES);
-                self.middles::<F>(cell, middles);
-                let steps = self.guide.steps(cell as usize);
-                for (out, &step) in borders.iter_mut().zip(steps) {
-                    *out = guide::value(step);
-                }
-                if lane == 0 {
-                    // Lanes without a cell are as the first one.
-                    held.iter_mut().zip(&all).for_each(|(row, &x)| *row = [x; GROUP]);
-                }
-                held.iter_mut().zip(&all).for_each(|(row, &x)| row[lane % GROUP] = x);
-                let [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o] = *steps;
-                if let Some(out) = all_borders.next().and_then(|out| out.first_chunk_mut()) {
-                    *out = [[a, b, c, 0], [d, e, f, 0], [g, h, i, 0], [j, k, l, 0], [m, n, o, 0]];
-                }
-                masses[lane % GROUP] = self.guide.mass(cell as usize);
-                floors[lane % GROUP] = self.work.floors.get(cell as usize).copied().unwrap_or(0.0);
-                if let Some(weight) = self.work.weights.get_mut(cell as usize) {
-                    *weight = 0.0;
-                }
+        for (&cell, divided) in cells.iter().zip(divided) {
+            let (middles, areas) = (held(divided), areas(&self.guide.borders(cell as usize)));
+            let (mass, least) = (F::splat(self.guide.mass(cell as usize)), F::splat(self.least(cell)));
+            for first in (0..MIDDLES).step_by(F::WIDTH) {
+                let (middle, mass) = (F::at(middles, first), mass * F::at(&areas, first));
+                let register = first % GROUP / F::WIDTH % REGISTERS;
+                wasted[register] = wasted[register] + F::only(is_wasted::<F>(middle, least), mass * least);
+                reflected[register] = reflected[register] + mass * middle.max(zero);
             }
-            let (rows, columns) = borders_of(held).split_at(PARTS - 1);
-            for (first, (wasted, reflected)) in places::<F>().zip(wasted.iter_mut().zip(&mut reflected)) {
-                let (mass, least) = (F::at(&masses, first), self.least(F::at(&floors, first)));
-                let rows = widths::<F>(rows, first).into_iter().zip(columns.chunks_exact(PARTS - 1));
-                for (middles, (height, columns)) in middles_of(held).chunks_exact(PARTS).zip(rows) {
-                    for (middle, width) in middles.iter().zip(widths::<F>(columns, first)) {
-                        let (middle, mass) = (F::at(middle, first), mass * (height * width));
-                        *wasted = *wasted + F::only(is_wasted::<F>(middle, least), mass * least);
-                        *reflected = *reflected + mass * middle.max(zero);
-                    }
-                }
+            // They do not count twice.
+            if let Some(weight) = self.work.weights.get_mut(cell as usize) {
+                *weight = 0.0;
             }
         }
         for weights in self.work.weights.chunks_exact(GROUP).take(self.guide.cells() / GROUP) {
@@ -915,43 +888,56 @@ impl<'a> Stage<'a> {
         sum(wasted) / max(sum(reflected), f32::MIN_POSITIVE)
     }
 
-    /// The least value of each part of divided cells, for those of the cells.
+    /// The least value of each part of a divided cell.
     #[inline(always)]
-    fn least<F: Num>(&self, floor: F) -> F {
-        F::splat(self.darkest).max(floor * KEPT)
+    fn least(&self, cell: u32) -> f32 {
+        max(self.darkest, KEPT * self.work.floors.get(cell as usize).copied().unwrap_or(0.0))
     }
 
     /// The leaves of the parts of divided cells, from what was held there, the sums over them, and the weights of the cells. `kept`: the part of the least
     /// value that parts keep which reflect nothing.
     #[inline(always)]
-    fn divide<F: Num>(&mut self, cells: &[u32], kept: f32, parts: &mut [Leaves], all_ends: &mut [Quad]) {
+    fn divide<F: Num>(&mut self, cells: &[u32], kept: f32, divided: &mut [Divided]) {
         let always = F::splat(0.0).le(F::splat(0.0));
-        let mut all_ends = all_ends.chunks_exact_mut(QUADS);
-        for (cells, parts) in cells.chunks(GROUP).zip(parts.chunks_exact_mut(MIDDLES)) {
-            let Some(parts) = parts.first_chunk_mut::<MIDDLES>() else { break };
-            let held: Held = *cast_ref(parts);
-            let (mut of_cells, mut ends): (_, Ends) = ([0.5; GROUP], [[[0.5; GROUP]; PARTS]; QUADS]);
-            for first in places::<F>() {
-                let floor =
-                    |lane| cells.get(first + lane).and_then(|&cell| self.work.floors.get(cell as usize)).copied();
-                let least = self.least(F::each(|lane| floor(lane).unwrap_or(0.0)));
-                let mut means = [F::splat(0.0); MIDDLES];
-                for ((index, mean), out) in means.iter_mut().enumerate().zip(&mut *parts) {
-                    let place = [index % PARTS, index / PARTS];
-                    let corners = part::<F>(middles_of(&held), first, place, least, least * kept);
-                    *mean = store::<F>(&corners, always, out, first);
-                }
-                sum_parts(&means, borders_of(&held), &mut ends, first).write(&mut of_cells, first);
+        for (&cell, divided) in cells.iter().zip(divided) {
+            let (mut middles, mut means): (Middles, _) = ([0.0; 2 * PARTS + MIDDLES], [0.5; MIDDLES]);
+            if let Some(out) = middles.get_mut(PARTS..PARTS + MIDDLES) {
+                out.copy_from_slice(held(divided));
             }
-            for ((lane, &cell), out) in cells.iter().enumerate().zip(&mut all_ends) {
-                let lane = lane % GROUP;
-                for (out, [a, b, c, d]) in out.iter_mut().zip(&ends) {
-                    *out = [a[lane], b[lane], c[lane], d[lane]];
+            let least = F::splat(self.least(cell));
+            for (group, leaves) in divided.leaves.iter_mut().enumerate() {
+                for place in places::<F>() {
+                    let first = group * GROUP + place;
+                    let corners = parts_from::<F>(&middles, first, least, least * kept);
+                    store::<F>(&corners, always, leaves, place).write(&mut means, first);
                 }
-                if let Some(weight) = self.work.weights.get_mut(cell as usize) {
-                    *weight = self.guide.mass(cell as usize) * of_cells[lane];
-                }
+            }
+            let mean = sum_parts(&means, &self.guide.borders(cell as usize), &mut divided.ends);
+            if let Some(weight) = self.work.weights.get_mut(cell as usize) {
+                *weight = self.guide.mass(cell as usize) * mean;
             }
         }
     }
+}
+
+/// The shares of a cell's numbers that its parts have.
+#[inline(always)]
+fn areas(borders: &Borders) -> [f32; MIDDLES] {
+    let (rows, columns) = borders.split_at(PARTS - 1);
+    let mut areas = [0.5; MIDDLES];
+    let rows = widths(rows).into_iter().zip(columns.chunks_exact(PARTS - 1));
+    for (out, (height, columns)) in areas.chunks_exact_mut(PARTS).zip(rows) {
+        out.iter_mut().zip(widths(columns)).for_each(|(out, width)| *out = height * width);
+    }
+    areas
+}
+
+/// F at the middles of the parts of a divided cell that is not finished.
+fn held(divided: &Divided) -> &[f32; MIDDLES] {
+    bytemuck::cast_slice(&divided.leaves).first_chunk().unwrap_or(&[0.0; MIDDLES])
+}
+
+/// As [`held`], to write.
+fn held_mut(divided: &mut Divided) -> &mut [f32] {
+    bytemuck::cast_slice_mut(&mut divided.leaves).get_mut(..MIDDLES).unwrap_or_default()
 }

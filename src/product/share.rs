@@ -51,7 +51,8 @@ fn header_of(product: &mut [u8]) -> Option<&mut Header> {
 #[inline(never)]
 fn tried(environment: &Environment<'_>, surface: &Surface, product: &[u8]) -> f32 {
     let Some(product) = Product::view(product) else { return 1.0 };
-    let shaded = &Shaded { light: environment.tables(), product };
+    let light = environment.tables();
+    let shaded = &Shaded::new(&light, product);
     // Four at a time: a trial is rare, and wider registers would gain little for 30 kB of code.
     let of_grid = of_grid::<Four>(shaded, &environment.frame());
     Trial { shaded, surface, of_grid }.share::<Four>()
@@ -106,7 +107,7 @@ impl Trial<'_> {
     #[inline(never)]
     fn share<F: Num>(&self) -> f32 {
         let Trial { shaded, of_grid, .. } = self;
-        let Some(peak) = &shaded.product.peak else { return 1.0 };
+        let Some(peak) = &shaded.peak else { return 1.0 };
         let zero = F::splat(0.0);
         // Of each register of a group the directions of the lobes, then those of the grid.
         let mut tried = [[Tried { value: zero, grid: zero, lobes: zero }; 2]; REGISTERS];
@@ -139,7 +140,7 @@ impl Trial<'_> {
     fn look<F: Num>(&self, direction: [F; 3], (grid, light): (F, F)) -> Tried<F> {
         let Trial { shaded, surface, .. } = self;
         let (zero, largest) = (F::splat(0.0), F::splat(f32::MAX));
-        let lobes = shaded.product.peak.as_ref().map_or(zero, |peak| peak.density(direction));
+        let lobes = shaded.peak.as_ref().map_or(zero, |peak| peak.density(direction));
         let local = surface.to_local(direction);
         let value = surface.eval::<F>(local).0 * light / (grid + lobes);
         // No number where neither density is; below the horizon nothing is reflected.

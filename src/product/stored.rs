@@ -1,11 +1,10 @@
 //! A product as bytes: relocatable, without pointers, and as short as the point needs.
 
-use super::peak::Peak;
 use crate::brdf::ggx::Refracting;
 use crate::brdf::material::MAX_LOBES;
 use crate::light::guide::{MAX_CELLS, Short};
-use crate::light::parts::{BORDERS, MIDDLES, PARTS};
-use crate::object::{self, ALIGNMENT, Magic, Part};
+use crate::light::parts::{Borders, MIDDLES, PARTS};
+use crate::object::Magic;
 use crate::simd::{GROUP, Num, Whole};
 use bytemuck::{Pod, Zeroable};
 
@@ -86,7 +85,7 @@ pub struct Header {
 }
 
 impl Magic for Header {
-    const MAGIC: u64 = u64::from_le_bytes(*b"wisprd\x06\x00");
+    const MAGIC: u64 = u64::from_le_bytes(*b"wisprd\x07\x00");
 }
 
 impl Header {
@@ -114,35 +113,53 @@ pub fn tops([columns, rows]: [u32; 2]) -> [usize; 3] {
     [rows / 4, if quads > 1 { rows } else { 0 }, rows * quads]
 }
 
-/// Where the parts of a product stand, and its bytes.
+/// A divided cell, but for the borders of its parts.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Divided {
+    /// The leaves of its parts, row by row.
+    pub leaves: [Leaves; MIDDLES / GROUP],
+    /// Running sums over its rows of parts, then over the parts of each row.
+    pub ends: Ends,
+}
+
+/// Running sums over the parts of a divided cell.
+pub type Ends = [Quad; QUADS];
+
+/// Quads of a group of leaves, of a divided cell, and of its leaves.
+const QUADS_OF_LEAVES: usize = size_of::<Leaves>() / size_of::<Quad>();
+/// See above.
+pub const QUADS_OF_DIVIDED: usize = size_of::<Divided>() / size_of::<Quad>();
+/// See above.
+pub const QUADS_OF_PARTS: usize = QUADS_OF_DIVIDED - QUADS;
+
+/// Where the parts of a product begin behind its header, in quads. [`Leaves`] of cells come first.
 #[derive(Clone, Copy, Debug)]
 pub struct Places {
-    /// [`Leaves`] of cells.
-    pub leaves: Part,
     /// [`Quad`]s of [`tops`].
-    pub tops: Part,
-    /// [`Leaves`] of the parts of divided cells: of groups of cells, part by part.
-    pub parts: Part,
-    /// [`Quad`]s of divided cells: running sums over rows of parts, then over the parts of each row.
-    pub ends: Part,
-    /// The borders of the parts in the same order, as the light has them, with a 0 behind each three.
-    pub borders: Part,
-    /// Bytes of the product.
-    pub bytes: usize,
+    pub tops: usize,
+    /// [`Divided`] cells.
+    pub divided: usize,
+    /// The borders of the parts of each, those of rows first, as the light has them, with a 0 behind each three.
+    pub borders: usize,
+    /// Where the product ends.
+    pub end: usize,
 }
 
 impl Places {
     /// Of a product with so many cells, of which some are divided.
+    #[inline(always)]
     pub fn new(grid: [u32; 2], divided: usize) -> Places {
-        let count = [grid[0] as usize * grid[1] as usize / GROUP, tops(grid).iter().sum()];
-        let part = |offset, count| Part { offset, count };
-        let leaves = part(size_of::<Header>(), count[0]);
-        let tops = part(leaves.offset + size_of::<Leaves>() * leaves.count, count[1]);
-        let parts = part(tops.offset + size_of::<Quad>() * tops.count, MIDDLES * divided.div_ceil(GROUP));
-        let ends = part(parts.offset + size_of::<Leaves>() * parts.count, QUADS * divided);
-        let borders = part(ends.offset + size_of::<Quad>() * ends.count, ends.count);
-        let bytes = (borders.offset + size_of::<[Short; 4]>() * borders.count).next_multiple_of(ALIGNMENT);
-        Places { leaves, tops, parts, ends, borders, bytes }
+        let tops_at = QUADS_OF_LEAVES * (grid[0] as usize * grid[1] as usize / GROUP);
+        let first = tops_at + tops(grid).iter().sum::<usize>();
+        let borders = first + QUADS_OF_DIVIDED * divided;
+        Places { tops: tops_at, divided: first, borders, end: borders + (QUADS * divided).div_ceil(2) }
+    }
+
+    /// The bytes of the product.
+    #[inline(always)]
+    pub fn bytes(&self) -> usize {
+        size_of::<Header>() + size_of::<Quad>() * self.end
     }
 }
 
@@ -150,7 +167,7 @@ impl Places {
 pub fn most_bytes(divided: usize) -> usize {
     // The finest grids: lat-long, and the four columns of a cube.
     let grids = [[16, MAX_CELLS as u32 / 16], [4, 24]];
-    grids.into_iter().map(|grid| Places::new(grid, divided.min(MAX_DIVIDED)).bytes).fold(0, usize::max)
+    grids.into_iter().map(|grid| Places::new(grid, divided.min(MAX_DIVIDED)).bytes()).fold(0, usize::max)
 }
 
 /// A product in bytes that hold one.
@@ -158,42 +175,55 @@ pub fn most_bytes(divided: usize) -> usize {
 pub struct Product<'a> {
     /// What stands at its beginning.
     pub header: &'a Header,
-    /// The parts of [`Places`], in their order.
-    pub leaves: &'a [Leaves],
-    /// See [`Places`].
-    pub tops: &'a [Quad],
-    /// See [`Places`].
-    pub parts: &'a [Leaves],
-    /// See [`Places`].
-    pub ends: &'a [Quad],
-    /// See [`Places`].
-    pub borders: &'a [[Short; 4]],
-    /// The narrow lobes.
-    pub peak: Option<Peak<'a>>,
+    /// All that stands behind the header.
+    pub quads: &'a [Quad],
+    /// The same, as numbers of 16 bits.
+    pub words: &'a [u16],
+    /// Where parts begin in it.
+    pub places: Places,
 }
+
+/// Numbers of 16 bits in a quad.
+pub const WORDS: usize = size_of::<Quad>() / size_of::<u16>();
 
 impl<'a> Product<'a> {
     /// The product that bytes hold; `None` if they hold none of this version.
     #[inline(always)]
     pub fn view(bytes: &'a [u8]) -> Option<Product<'a>> {
-        let header: &Header = object::header(bytes)?;
+        let (first, rest) = bytes.split_at_checked(size_of::<Header>())?;
+        let header: &Header = bytemuck::try_from_bytes(first).ok()?;
         if header.magic != Header::MAGIC || header.divided as usize > MAX_DIVIDED {
             return None;
         }
-        let Places { leaves, tops, parts, ends, borders, bytes: length } =
-            Places::new(header.grid, header.divided as usize);
-        let bytes = bytes.get(..length)?;
-        let peak = if header.peak > 0.0 { Some(Peak::of(header)) } else { None };
-        let (leaves, parts) = (leaves.of(bytes), parts.of(bytes));
-        Some(Product {
-            header,
-            leaves,
-            tops: tops.of(bytes),
-            parts,
-            ends: ends.of(bytes),
-            borders: borders.of(bytes),
-            peak,
-        })
+        let places = Places::new(header.grid, header.divided as usize);
+        let rest = rest.get(..size_of::<Quad>() * places.end)?;
+        let (quads, words) = (bytemuck::try_cast_slice(rest).ok()?, bytemuck::try_cast_slice(rest).ok()?);
+        Some(Product { header, quads, words, places })
+    }
+
+    /// The quads of running sums over all cells.
+    pub fn tops(&self) -> &'a [Quad] {
+        self.part(self.places.tops, self.places.divided)
+    }
+
+    /// The leaves of cells.
+    pub fn leaves(&self) -> &'a [Leaves] {
+        bytemuck::try_cast_slice(self.part(0, self.places.tops)).unwrap_or(&[])
+    }
+
+    /// The divided cells.
+    pub fn divided(&self) -> &'a [Divided] {
+        bytemuck::try_cast_slice(self.part(self.places.divided, self.places.borders)).unwrap_or(&[])
+    }
+
+    /// The borders of the parts of divided cells.
+    pub fn borders(&self) -> &'a [[Short; 4]] {
+        let all = bytemuck::try_cast_slice(self.part(self.places.borders, self.places.end)).unwrap_or(&[]);
+        all.get(..QUADS * self.header.divided as usize).unwrap_or(&[])
+    }
+
+    fn part(&self, from: usize, to: usize) -> &'a [Quad] {
+        self.quads.get(from..to).unwrap_or(&[])
     }
 }
 
@@ -237,58 +267,48 @@ pub fn write_tops(weights: &[f32], grid: [u32; 2], tops_out: &mut [Quad]) -> f32
     let (of_rows, rest) = tops_out.split_at_mut_checked(rows).unwrap_or_default();
     let (of_quads, of_cells) = rest.split_at_mut_checked(quads).unwrap_or_default();
     // One after the other, not in lanes: a cell without weight must end where it begins.
-    for ([a, b, c, d], weights) in of_cells.iter_mut().zip(weights.chunks_exact(4)) {
-        let &[first, second, third, last] = weights.first_chunk().unwrap_or(&[0.0; 4]);
-        *a = first;
-        *b = first + second;
-        *c = *b + third;
-        *d = *c + last;
+    for (out, &[a, b, c, d]) in of_cells.iter_mut().zip(weights.as_chunks().0) {
+        let (second, third) = (a + b, a + b + c);
+        *out = [a, second, third, third + d];
     }
-    let (mut total, mut sums) = (0.0, of_cells.iter().map(|&[.., sum]| sum));
-    let mut of_quads = of_quads.iter_mut();
-    for end in of_rows.as_flattened_mut() {
-        let mut sum = 0.0;
-        match of_quads.next() {
-            Some(ends) => {
-                for end in ends {
-                    sum += sums.next().unwrap_or(0.0);
-                    *end = sum;
-                }
-            }
-            None => sum = sums.next().unwrap_or(0.0),
+    let mut total = 0.0;
+    if of_quads.is_empty() {
+        for (end, &[.., sum]) in of_rows.as_flattened_mut().iter_mut().zip(&*of_cells) {
+            total += sum;
+            *end = total;
         }
-        total += sum;
+        return total;
+    }
+    let rows = of_rows.as_flattened_mut().iter_mut().zip(of_quads).zip(of_cells.as_chunks().0);
+    for ((end, out), &[[.., a], [.., b], [.., c], [.., d]]) in rows {
+        let (second, third) = (a + b, a + b + c);
+        *out = [a, second, third, third + d];
+        total += third + d;
         *end = total;
     }
     total
 }
 
-/// The widths of the four parts that three borders make, of the cells from place `first` of a group on.
-#[inline(always)]
-pub fn widths<F: Num>(borders: &[[f32; GROUP]], first: usize) -> [F; PARTS] {
-    let [a, b, c] = borders.first_chunk().unwrap_or(&[[0.0; GROUP]; PARTS - 1]);
-    let [a, b, c] = [F::at(a, first), F::at(b, first), F::at(c, first)];
-    [a, b - a, c - b, F::splat(1.0) - c]
-}
-
-/// Running sums over the parts of divided cells, of cells side by side: what [`Places::ends`] holds.
-pub type Ends = [[[f32; GROUP]; PARTS]; QUADS];
-
-/// Sums the means of the parts of divided cells from place `first` of a group on. Answers the means of the cells.
-#[inline(always)]
-pub fn sum_parts<F: Num>(means: &[F; MIDDLES], borders: &[[f32; GROUP]; BORDERS], ends: &mut Ends, first: usize) -> F {
-    let ([of_rows], of_parts) = ends.split_at_mut(1) else { return F::splat(0.0) };
+/// Sums the means of the parts of a divided cell. Answers the mean of the cell.
+pub fn sum_parts(means: &[f32; MIDDLES], borders: &Borders, [of_rows, of_parts @ ..]: &mut Ends) -> f32 {
     let (rows, columns) = borders.split_at(PARTS - 1);
-    let mut total = F::splat(0.0);
+    let mut total = 0.0;
     let parts = of_parts.iter_mut().zip(means.chunks_exact(PARTS)).zip(columns.chunks_exact(PARTS - 1));
-    for ((end, height), ((parts, means), columns)) in of_rows.iter_mut().zip(widths::<F>(rows, first)).zip(parts) {
-        let mut sum = F::splat(0.0);
-        for ((end, &mean), width) in parts.iter_mut().zip(means).zip(widths::<F>(columns, first)) {
-            sum = sum + mean * width;
-            sum.write(end, first);
+    for ((end, height), ((parts, means), columns)) in of_rows.iter_mut().zip(widths(rows)).zip(parts) {
+        let mut sum = 0.0;
+        for ((end, mean), width) in parts.iter_mut().zip(means).zip(widths(columns)) {
+            sum += mean * width;
+            *end = sum;
         }
-        total = total + sum * height;
-        total.write(end, first);
+        total += sum * height;
+        *end = total;
     }
     total
+}
+
+/// The widths of the four parts that three borders make.
+#[inline(always)]
+pub fn widths(borders: &[f32]) -> [f32; PARTS] {
+    let [a, b, c] = borders.first_chunk().copied().unwrap_or_default();
+    [a, b - a, c - b, 1.0 - c]
 }

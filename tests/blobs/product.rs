@@ -12,7 +12,7 @@ use wis::ffi::{Diagnostic, MemorySize};
 use wis::light::parts::PARTS;
 use wis::object::checksum;
 use wis::product::info::GridInfo;
-use wis::product::stored::{Header, Places};
+use wis::product::stored::{Header, Places, QUADS, QUADS_OF_PARTS, Quad};
 use wis::sample::Sample;
 use wis::status::Status;
 
@@ -184,12 +184,18 @@ fn places(object: &[u8]) -> Places {
     Places::new(grid, word(object, offset_of!(Header, divided)) as usize)
 }
 
+/// The first byte of what begins behind so many quads.
+fn offset(quads: usize) -> usize {
+    size_of::<Header>() + size_of::<Quad>() * quads
+}
+
 /// Where F is the same everywhere, a border can move with the end of its part: all tables still follow from the leaves.
 #[test]
 fn borders_that_the_light_does_not_have_are_refused() {
     let even = product((&[], 8, WIS_POINT_WHOLE_SPHERE | WIS_POINT_COSINE_INCLUDED), WIS_PRODUCT_CHECKSUM);
     // Of the first cell that is divided: the end of its first part along its row, and that part's border.
-    let (end, border) = (places(&even).ends.offset + 4 * PARTS, places(&even).borders.offset + 2 * PARTS);
+    let ends = offset(places(&even).divided + QUADS_OF_PARTS);
+    let (end, border) = (ends + 4 * PARTS, offset(places(&even).borders) + 2 * PARTS);
     let number = |at| f32::from_bits(word(&even, at));
     let step = |at: usize| i16::from_ne_bytes(even[at..at + 2].try_into().unwrap());
     assert_eq!((step(border), number(end)), (1 << 13, 0.25 * number(end + 4 * (PARTS - 1))));
@@ -231,18 +237,20 @@ fn products_that_no_point_has() {
     let mut changed = object.clone();
     put(&mut changed, lit, &[object[lit] ^ 0x55, object[lit + 1] ^ 0x55]);
     assert_rejected(KIND.open_sealed(&changed), "a leaf");
-    let Places { tops, ends, borders, .. } = places(&object);
+    let Places { tops, divided: first, borders, .. } = places(&object);
+    let divided = word(&object, offset_of!(Header, divided)) as usize;
     // Sums over rows, over the quads of a row, and over the cells of a quad.
     for index in [1, 9, 41] {
-        refuses(tops.offset + 4 * index, &f32::NAN.to_ne_bytes(), "a sum");
-        refuses(tops.offset + 4 * index, &1e9f32.to_ne_bytes(), "a sum");
+        refuses(offset(tops) + 4 * index, &f32::NAN.to_ne_bytes(), "a sum");
+        refuses(offset(tops) + 4 * index, &1e9f32.to_ne_bytes(), "a sum");
     }
     for value in [f32::NAN, f32::INFINITY, -1.0, 0.5] {
-        refuses(ends.offset + 4, &value.to_ne_bytes(), "ends");
+        refuses(offset(first + QUADS_OF_PARTS) + 4, &value.to_ne_bytes(), "ends");
     }
     // The borders of a divided cell's parts are those of the light, with nothing behind each three.
-    for (border, value) in (0..borders.count * 4).flat_map(|border| [1i16, -1, i16::MAX].map(|value| (border, value))) {
-        refuses(borders.offset + 2 * border, &value.to_ne_bytes(), "a border");
+    for (border, value) in (0..QUADS * divided * 4).flat_map(|border| [1i16, -1, i16::MAX].map(|value| (border, value)))
+    {
+        refuses(offset(borders) + 2 * border, &value.to_ne_bytes(), "a border");
     }
     assert!(CONTENT_ID == offset_of!(Header, checksum));
 }

@@ -48,7 +48,8 @@ impl<'a> Prepared<'a> {
     }
 
     pub fn shaded(&self) -> Shaded<'_> {
-        Shaded { light: self.built.environment().light(), product: self.product() }
+        // Leaked: a test makes few of them.
+        Shaded::new(Box::leak(Box::new(self.built.environment().light())), self.product())
     }
 
     pub fn frame(&self) -> Frame {

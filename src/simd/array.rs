@@ -1,6 +1,6 @@
 //! Four numbers in an array: lanes for any processor, and what those of instruction sets are tested against.
 
-use super::num::{all_below, methods};
+use super::num::{all_below, methods, scalars};
 use super::{Num, Whole};
 use crate::numeric;
 use core::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Sub};
@@ -39,22 +39,14 @@ macro_rules! operators {
 operators!(A4: Add add Add::add, Sub sub Sub::sub, Mul mul Mul::mul, Div div Div::div);
 operators!(I4: Add add u32::wrapping_add, Mul mul u32::wrapping_mul);
 operators!(I4: BitAnd bitand BitAnd::bitand, BitOr bitor BitOr::bitor, BitXor bitxor BitXor::bitxor);
-super::num::scalars!(A4);
+scalars!(A4);
 
 impl Whole for I4 {
     methods! {
         splat(x: u32) -> I4 = I4([x; WIDTH]);
         reverse_bits(self) -> I4 = I4(self.0.map(u32::reverse_bits));
-    }
-
-    #[inline(always)]
-    fn shl<const N: i32>(self) -> I4 {
-        I4(self.0.map(|x| x << (N & 31)))
-    }
-
-    #[inline(always)]
-    fn shr<const N: i32>(self) -> I4 {
-        I4(self.0.map(|x| x >> (N & 31)))
+        shl<N>(self) -> I4 = I4(self.0.map(|x| x << (N & 31)));
+        shr<N>(self) -> I4 = I4(self.0.map(|x| x >> (N & 31)));
     }
 }
 

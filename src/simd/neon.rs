@@ -1,6 +1,6 @@
 //! One register of NEON, which every AArch64 processor has.
 
-use super::num::{all_below, methods};
+use super::num::{all_below, methods, scalars};
 use super::{Num, Whole};
 use core::arch::aarch64::{
     float32x4_t, uint32x4_t, vabsq_f32, vaddq_f32, vaddq_u32, vaddvq_u32, vandq_u32, vbslq_f32, vcgtq_f32, vcleq_f32,
@@ -37,24 +37,14 @@ macro_rules! operators {
 operators!(N4: Add add vaddq_f32, Sub sub vsubq_f32, Mul mul vmulq_f32, Div div vdivq_f32);
 operators!(U4: Add add vaddq_u32, Mul mul vmulq_u32);
 operators!(U4: BitAnd bitand vandq_u32, BitOr bitor vorrq_u32, BitXor bitxor veorq_u32);
-super::num::scalars!(N4);
+scalars!(N4);
 
 impl Whole for U4 {
     methods! { unsafe
         splat(x: u32) -> U4 = U4(vdupq_n_u32(x));
+        shl<N>(self) -> U4 = U4(vshlq_n_u32::<N>(self.0));
+        shr<N>(self) -> U4 = U4(vshrq_n_u32::<N>(self.0));
         reverse_bits(self) -> U4 = U4(vreinterpretq_u32_u8(vrev32q_u8(vrbitq_u8(vreinterpretq_u8_u32(self.0)))));
-    }
-
-    #[inline(always)]
-    fn shl<const N: i32>(self) -> U4 {
-        // SAFETY: NEON is part of AArch64.
-        U4(unsafe { vshlq_n_u32::<N>(self.0) })
-    }
-
-    #[inline(always)]
-    fn shr<const N: i32>(self) -> U4 {
-        // SAFETY: NEON is part of AArch64.
-        U4(unsafe { vshrq_n_u32::<N>(self.0) })
     }
 }
 

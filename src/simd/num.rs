@@ -237,15 +237,15 @@ pub trait Num:
 
 /// Methods of one expression each, inlined; `unsafe` where the expressions are instructions.
 macro_rules! methods {
-    ($($name:ident($($argument:ident $(: $type:ty)?),*) -> $output:ty = $value:expr;)*) => {$(
+    ($($name:ident $(<$number:ident>)? ($($argument:ident $(: $type:ty)?),*) -> $output:ty = $value:expr;)*) => {$(
         #[inline(always)]
-        fn $name($($argument $(: $type)?),*) -> $output {
+        fn $name $(<const $number: i32>)? ($($argument $(: $type)?),*) -> $output {
             $value
         }
     )*};
-    (unsafe $($name:ident($($argument:ident $(: $type:ty)?),*) -> $output:ty = $value:expr;)*) => {$(
+    (unsafe $($name:ident $(<$number:ident>)? ($($argument:ident $(: $type:ty)?),*) -> $output:ty = $value:expr;)*) => {$(
         #[inline(always)]
-        fn $name($($argument $(: $type)?),*) -> $output {
+        fn $name $(<const $number: i32>)? ($($argument $(: $type)?),*) -> $output {
             // SAFETY: whoever names a type of registers has its instructions; loads are of an array of its width.
             unsafe { $value }
         }
@@ -342,16 +342,8 @@ impl Whole for One {
     methods! {
         splat(x: u32) -> One = One(x);
         reverse_bits(self) -> One = One(self.0.reverse_bits());
-    }
-
-    #[inline(always)]
-    fn shl<const N: i32>(self) -> One {
-        One(self.0 << (N & 31))
-    }
-
-    #[inline(always)]
-    fn shr<const N: i32>(self) -> One {
-        One(self.0 >> (N & 31))
+        shl<N>(self) -> One = One(self.0 << (N & 31));
+        shr<N>(self) -> One = One(self.0 >> (N & 31));
     }
 }
 

@@ -1,6 +1,6 @@
 //! One register of SSE2 or of AVX2, from one text. What computes with AVX2 must be inlined into a function that is compiled for it.
 
-use super::num::{all_below, methods};
+use super::num::{all_below, methods, scalars};
 use super::{Apart, Num, Whole};
 use core::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Sub};
 
@@ -285,26 +285,16 @@ macro_rules! lanes {
         pub struct $whole($isa::Ints);
 
         lanes!(@operators $name, $isa, [Add add add, Sub sub sub, Mul mul mul, Div div div]);
-        lanes!(@scalars $name, [Add add, Sub sub, Mul mul, Div div]);
+        scalars!($name);
         lanes!(@operators $whole, $isa,
             [Add add add_int, BitAnd bitand and_int, BitOr bitor or_int, BitXor bitxor xor_int, Mul mul mul_int]);
 
         impl Whole for $whole {
             methods! { unsafe
                 splat(x: u32) -> Self = $whole($isa::splat_int(x as i32));
+                shl<N>(self) -> Self = $whole($isa::shl::<N>(self.0));
+                shr<N>(self) -> Self = $whole($isa::shr::<N>(self.0));
                 reverse_bits(self) -> Self = $whole($isa::reverse_bits(self.0));
-            }
-
-            #[inline(always)]
-            fn shl<const N: i32>(self) -> Self {
-                // SAFETY: whoever names this type has its instructions.
-                $whole(unsafe { $isa::shl::<N>(self.0) })
-            }
-
-            #[inline(always)]
-            fn shr<const N: i32>(self) -> Self {
-                // SAFETY: whoever names this type has its instructions.
-                $whole(unsafe { $isa::shr::<N>(self.0) })
             }
         }
 
@@ -422,16 +412,6 @@ macro_rules! lanes {
             }
         }
     };
-    (@scalars $name:ident, [$($operator:ident $method:ident),*]) => {$(
-        impl $operator<f32> for $name {
-            type Output = $name;
-
-            #[inline(always)]
-            fn $method(self, b: f32) -> $name {
-                $operator::$method(self, $name::splat(b))
-            }
-        }
-    )*};
     (@operators $name:ident, $isa:ident, [$($operator:ident $method:ident $instruction:ident),*]) => {$(
         impl $operator for $name {
             type Output = $name;

@@ -82,10 +82,6 @@ fn of_grid<F: Num>(shaded: &Shaded<'_>, frame: &Frame) -> [[f32; GROUP]; 5] {
     all
 }
 
-/// A trial in which fewer of the lobes' eight directions bring anything says too little: beyond a critical angle most of them miss, and
-/// weights of the few others would grow to 300.
-const ENOUGH: u32 = 4;
-
 /// A product, and F as it is.
 struct Trial<'a> {
     shaded: &'a Shaded<'a>,
@@ -111,15 +107,13 @@ impl Trial<'_> {
         let zero = F::splat(0.0);
         // Of each register of a group the directions of the lobes, then those of the grid.
         let mut tried = [[Tried { value: zero, grid: zero, lobes: zero }; 2]; REGISTERS];
-        let mut found = 0;
         for (first, tried) in places::<F>().zip(&mut tried) {
             let of_lobes = peak.sample(numbers::<F>(first));
             let [x, y, z, grid, light] = of_grid.each_ref().map(|of| F::at(of, first));
             *tried = [self.look(of_lobes, shaded.grid_and_light::<F>(of_lobes)), self.look([x, y, z], (grid, light))];
-            found += F::bits(zero.lt(tried[0].value)).count_ones();
         }
         let total = sum(tried.map(|tried| tried[0].value + tried[1].value));
-        if !(total > 0.0 && total < f32::MAX) || found < ENOUGH {
+        if !(total > 0.0 && total < f32::MAX) {
             return 1.0;
         }
         tried.iter_mut().flatten().for_each(|tried| tried.value = tried.value * (1.0 / total));

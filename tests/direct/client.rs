@@ -73,6 +73,12 @@ impl Client {
         [dot(w, self.tangent), dot(w, cross(normal, self.tangent)), dot(w, normal)]
     }
 
+    /// A direction along tangent, bitangent and normal, in the world.
+    pub fn to_world(&self, [x, y, z]: V3) -> V3 {
+        let bitangent = cross(self.normal, self.tangent);
+        add(scale(self.tangent, x), add(scale(bitangent, y), scale(self.normal, z)))
+    }
+
     /// The view along tangent, bitangent and normal.
     pub fn wo_local(&self) -> V3 {
         self.local(self.wo)

@@ -1,5 +1,6 @@
 //! Rotated maps: their energy, against quadrature of the light's own look-up, and what is added.
 
+use crate::support::vector::unit;
 use crate::support::{self, BuiltTree, Random, tree_config};
 use std::f64::consts::PI;
 use std::ptr::null;
@@ -73,11 +74,6 @@ fn texels(layout: Layout, height: u32, mut radiance: impl FnMut([f64; 3]) -> f32
 fn centres(depth: u32) -> impl Iterator<Item = [f32; 2]> {
     let side = 1u32 << depth;
     (0..side * side).map(move |k| [k / side, k % side].map(|i| (i as f32 + 0.5) / side as f32))
-}
-
-fn unit(v: [f64; 3]) -> [f64; 3] {
-    let length = v.iter().map(|x| x * x).sum::<f64>().sqrt();
-    v.map(|x| x / length)
 }
 
 /// The value of a tree at a point.

@@ -120,7 +120,7 @@ fn phong(exponent: f64, wo: V3, wi: V3) -> f64 {
 }
 
 /// Walter et al. 2007, Eq. 21.
-fn transmitted(alpha: [f64; 2], eta: f64, f0: f64, wo: V3, wi: V3) -> f64 {
+pub fn transmitted(alpha: [f64; 2], eta: f64, f0: f64, wo: V3, wi: V3) -> f64 {
     let mut h = unit(add(wo, scale(wi, eta)));
     if h[2] < 0.0 {
         h = scale(h, -1.0);

@@ -1,5 +1,6 @@
 //! Clients in f64: BRDFs written apart from the library's, radiance, visibility, and the integral that rays estimate.
 
+use super::brdfs::{GGX, dielectric, microfacets, schlick, transmitted};
 use super::light::TURNED;
 use crate::support::GAUSS;
 use crate::support::Map;
@@ -137,28 +138,9 @@ pub fn leaf(wo: V3, wi: V3) -> f64 {
     wi[2].abs() * (if wo[2] * wi[2] > 0.0 { 0.7 } else { 0.3 }) / PI
 }
 
-fn ggx_d(alpha: [f64; 2], h: V3) -> f64 {
-    let q = (h[0] / alpha[0]).powi(2) + (h[1] / alpha[1]).powi(2) + h[2] * h[2];
-    1.0 / (PI * alpha[0] * alpha[1] * q * q)
-}
-
-/// Walter et al. 2007, in the form of Heitz 2014: Smith's Lambda.
-fn ggx_lambda(alpha: [f64; 2], w: V3) -> f64 {
-    let slope = ((alpha[0] * w[0]).powi(2) + (alpha[1] * w[1]).powi(2)) / (w[2] * w[2]);
-    0.5 * ((1.0 + slope).sqrt() - 1.0)
-}
-
-fn schlick(f0: f64, cosine: f64) -> f64 {
-    f0 + (1.0 - f0) * (1.0 - cosine.abs()).powi(5)
-}
-
+/// A lobe whose reflectance is 0.8.
 fn ggx(alpha: [f64; 2], wo: V3, wi: V3) -> f64 {
-    if wo[2] <= 0.0 || wi[2] <= 0.0 {
-        return 0.0;
-    }
-    let h = unit(add(wo, wi));
-    let g = 1.0 / (1.0 + ggx_lambda(alpha, wo) + ggx_lambda(alpha, wi));
-    schlick(0.8, dot(wo, h)) * ggx_d(alpha, h) * g / (4.0 * wo[2])
+    schlick(0.8, dot(wo, unit(add(wo, wi)))) * microfacets(&GGX, alpha, wo, wi)
 }
 
 /// The library's own, with alpha 0.3.
@@ -174,7 +156,7 @@ pub fn fresnel_03(wo: V3, wi: V3) -> f64 {
 
 /// The same with separable Smith shadowing.
 pub fn separable_03(wo: V3, wi: V3) -> f64 {
-    let [view, light] = [wo, wi].map(|w| ggx_lambda([0.3; 2], w));
+    let [view, light] = [wo, wi].map(|w| (GGX.lambda)([0.3; 2], w));
     ggx_03(wo, wi) * (1.0 + view + light) / ((1.0 + view) * (1.0 + light))
 }
 
@@ -188,28 +170,15 @@ pub fn phong(wo: V3, wi: V3) -> f64 {
     if cosine <= 0.0 || wi[2] <= 0.0 { 0.0 } else { 22.0 / (2.0 * PI) * cosine.powi(20) * wi[2] }
 }
 
-/// Fresnel's equations for a dielectric, by the cosine on the outer side.
-fn dielectric(eta: f64, cosine: f64) -> f64 {
-    let squared = 1.0 - (1.0 - cosine * cosine) / (eta * eta);
-    if squared <= 0.0 {
-        return 1.0;
-    }
-    let inner = squared.sqrt();
-    let parallel = (eta * cosine - inner) / (eta * cosine + inner);
-    let perpendicular = (cosine - eta * inner) / (cosine + eta * inner);
-    0.5 * (parallel * parallel + perpendicular * perpendicular)
-}
-
 /// A coat with Fresnel's equations and separable Smith over a base that is darker where the coat reflects more: no sum of the
 /// library's lobes.
 pub fn coated(wo: V3, wi: V3) -> f64 {
     if wo[2] <= 0.0 || wi[2] <= 0.0 {
         return 0.0;
     }
-    let alpha = [0.25; 2];
-    let h = unit(add(wo, wi));
-    let g = 1.0 / ((1.0 + ggx_lambda(alpha, wo)) * (1.0 + ggx_lambda(alpha, wi)));
-    let coat = 4.0 * dielectric(1.5, dot(wo, h)) * ggx_d(alpha, h) * g / (4.0 * wo[2]);
+    let [view, light] = [wo, wi].map(|w| (GGX.lambda)([0.25; 2], w));
+    let separable = (1.0 + view + light) / ((1.0 + view) * (1.0 + light));
+    let coat = 4.0 * dielectric(1.5, dot(wo, unit(add(wo, wi)))) * microfacets(&GGX, [0.25; 2], wo, wi) * separable;
     coat + 0.6 * (1.0 - dielectric(1.5, wo[2])) * (1.0 - dielectric(1.5, wi[2])) * wi[2] / PI
 }
 
@@ -225,19 +194,7 @@ pub fn glass(wo: V3, wi: V3) -> f64 {
     if wi[2] > 0.0 {
         return ggx(alpha, wo, wi);
     }
-    let diffuse = 0.3 * -wi[2] / PI;
-    // Walter's h_t, with the indices 1 on the side of wo and eta beyond.
-    let mut h = unit(add(wo, scale(wi, ETA)));
-    if h[2] < 0.0 {
-        h = scale(h, -1.0);
-    }
-    let (o, i) = (dot(wo, h), dot(wi, h));
-    if o <= 0.0 || i >= 0.0 {
-        return diffuse;
-    }
-    let g = 1.0 / (1.0 + ggx_lambda(alpha, wo) + ggx_lambda(alpha, wi));
-    let jacobian = ETA * ETA / (o + ETA * i).powi(2);
-    diffuse + (1.0 - schlick(0.8, o)) * ggx_d(alpha, h) * g * (o * i).abs() * jacobian / wo[2]
+    0.3 * -wi[2] / PI + transmitted(alpha, ETA, 0.8, wo, wi)
 }
 
 /// A phase function (Henyey and Greenstein 1941, g = 0.5): there is no cosine.

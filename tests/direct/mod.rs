@@ -1,7 +1,7 @@
 //! Direct light: rays with weights. Unbiased for every client, joint over the hits of a pixel, the same bits on every level.
 
 mod below;
-mod brdfs;
+pub mod brdfs;
 mod candidates;
 mod client;
 mod compare;

@@ -36,7 +36,7 @@ fn a_sample_has_the_bits_of_its_pdf_under_any_matrix() {
         for matrix in 0..100 {
             let frame = if matrix == 0 { Frame::IDENTITY } else { random.frame() };
             for i in 0..64 {
-                let u = if i < 16 { [edges[i % 4], edges[i / 4]] } else { [random.f32(), random.f32()] };
+                let u = if i < 16 { [edges[i % 4], edges[i / 4]] } else { [random.unit(), random.unit()] };
                 let (wi, pdf) = built.sample(&frame, u);
                 let again = light.pdf::<f32>(&frame, wi);
                 assert_eq!(pdf.to_bits(), again.to_bits(), "{:?} u {u:?} wi {wi:?}", environment.description());
@@ -54,7 +54,7 @@ fn lanes_have_the_bits_of_single_numbers() {
     for built in lights() {
         for _ in 0..20 {
             let frame = random.frame();
-            let u: [[f32; 2]; GROUP] = std::array::from_fn(|_| [random.f32(), random.f32()]);
+            let u: [[f32; 2]; GROUP] = std::array::from_fn(|_| [random.unit(), random.unit()]);
             for level in [Level::BASELINE, Level::detect()] {
                 for ((wi, pdf, again), u) in in_lanes(level, &built, &frame, &u).into_iter().zip(u) {
                     assert_eq!(bits((wi, pdf)), bits(built.sample(&frame, u)));
@@ -73,7 +73,7 @@ fn batches_have_the_bits_of_single_calls() {
         let light = environment.light();
         for count in [0, 1, 2, 3, 7, 8, 9, 31, 32, 33, 63, 64, 100] {
             let frame = random.frame();
-            let mut u: Vec<[f32; 2]> = (0..count).map(|_| [random.f32(), random.f32()]).collect();
+            let mut u: Vec<[f32; 2]> = (0..count).map(|_| [random.unit(), random.unit()]).collect();
             if let Some(first) = u.first_mut() {
                 *first = [f32::NAN, 2.0];
             }

@@ -78,7 +78,7 @@ fn the_largest_maps_are_built_from_rows() {
     const WIDTH: u32 = 16384;
     const HEIGHT: u32 = 8192;
     let mut random = Random(71);
-    let rows: Vec<Vec<f32>> = (0..16).map(|_| (0..WIDTH).map(|_| 0.5 + random.f32()).collect()).collect();
+    let rows: Vec<Vec<f32>> = (0..16).map(|_| (0..WIDTH).map(|_| 0.5 + random.unit()).collect()).collect();
     let asked = RefCell::new(0u64);
     let of = Description { filter: Filter::Nearest, ..latlong(WIDTH, HEIGHT) };
     let built = Built::of_rows(&of, false, 0, |y| {
@@ -89,7 +89,7 @@ fn the_largest_maps_are_built_from_rows() {
     assert_eq!(asked.into_inner(), u64::from(HEIGHT));
     let power = built.environment().header().power;
     for _ in 0..2000 {
-        let (wi, pdf) = built.sample(&Frame::IDENTITY, [random.f32(), random.f32()]);
+        let (wi, pdf) = built.sample(&Frame::IDENTITY, [random.unit(), random.unit()]);
         assert_eq!(pdf.to_bits(), built.pdf(wi).to_bits());
     }
     // In the middle of texels the density is their share of the light.

@@ -1,6 +1,8 @@
 //! Lights in memory of their own.
 
 use super::lookup::Map;
+pub use crate::support::Random;
+use crate::support::scenes;
 use wis::light::decode::Pixels;
 use wis::light::environment::{Environment, turn};
 use wis::light::pixels::Format;
@@ -101,43 +103,11 @@ pub fn in_lanes(level: Level, built: &Built, frame: &Frame, u: &[[f32; 2]; GROUP
     compute(level, Both(built, frame, u))
 }
 
-/// A fast generator of uniform numbers (splitmix64).
-pub struct Random(pub u64);
-
 impl Random {
-    pub fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    /// In [0, 1), a multiple of 2^-24.
-    pub fn f32(&mut self) -> f32 {
-        (self.bits() >> 40) as f32 / 16_777_216.0
-    }
-
-    pub fn f64(&mut self) -> f64 {
-        ((self.bits() >> 11) as f64 + 0.5) / 9_007_199_254_740_992.0
-    }
-
-    pub fn direction(&mut self) -> [f64; 3] {
-        let z = 2.0 * self.f64() - 1.0;
-        let phi = std::f64::consts::TAU * self.f64();
-        let r = (1.0 - z * z).sqrt();
-        [r * phi.cos(), r * phi.sin(), z]
-    }
-
     /// A rotation, or one with a reflection.
     pub fn frame(&mut self) -> Frame {
-        let a = self.direction();
-        let b = self.direction();
-        let along = (0..3).map(|k| a[k] * b[k]).sum::<f64>();
-        let b = super::lookup::unit([0, 1, 2].map(|k| b[k] - along * a[k]));
-        let sign = if self.bits() & 1 == 0 { 1.0 } else { -1.0 };
-        let c = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]].map(|x| sign * x);
-        let rows = [a, b, c].concat();
-        Frame::new(&std::array::from_fn(|k| rows[k] as f32)).expect("a rotation or a reflection")
+        let [a, b] = [self.direction(), self.direction()];
+        let determinant = if self.bits() & 1 == 0 { 1.0 } else { -1.0 };
+        Frame::new(&scenes::rows(a, b, determinant)).expect("a rotation or a reflection")
     }
 }

@@ -66,7 +66,7 @@ fn exercise(environment: &Environment<'_>, random: &mut Random) {
     let light = environment.light();
     let frame = environment.frame();
     for _ in 0..40 {
-        let (wi, pdf) = light.sample::<f32>(&frame, [random.f32(), random.f32()]);
+        let (wi, pdf) = light.sample::<f32>(&frame, [random.unit(), random.unit()]);
         assert!(wi.iter().all(|x| x.is_finite()) && pdf.is_finite() && pdf >= 0.0, "{wi:?} {pdf}");
         assert_eq!(pdf.to_bits(), light.pdf::<f32>(&frame, wi).to_bits());
         let wi = single(random.direction());
@@ -76,7 +76,7 @@ fn exercise(environment: &Environment<'_>, random: &mut Random) {
             assert!(u.iter().all(|u| (0.0..1.0).contains(u)), "{u:?}");
         }
     }
-    let u: Vec<[f32; 2]> = (0..40).map(|_| [random.f32(), random.f32()]).collect();
+    let u: Vec<[f32; 2]> = (0..40).map(|_| [random.unit(), random.unit()]).collect();
     let mut drawn = vec![Drawn::default(); u.len()];
     samples(&light, &frame, &u, &mut drawn);
     let wi: Vec<[f32; 3]> = drawn.iter().map(|drawn| drawn.wi).collect();

@@ -93,7 +93,7 @@ fn lamps(count: u64) -> Map {
     let mut map = Map::latlong(256, 128, |_, _| 1.0);
     for _ in 0..count {
         let (x, y) = ((random.f64() * 254.0) as usize, 6 + (random.f64() * 110.0) as usize);
-        let radiance = 500.0 * (0.3 + random.f32());
+        let radiance = 500.0 * (0.3 + random.unit());
         for place in [0, 1, 256, 257] {
             map.texels[y * 256 + x + place] = radiance;
         }

@@ -71,7 +71,7 @@ fn test(map: &Map, of: &Description) {
     let mut counts = vec![0u64; bins.len()];
     let mut random = Random(5);
     for _ in 0..SAMPLES {
-        let (wi, pdf) = built.sample(&Frame::IDENTITY, [random.f32(), random.f32()]);
+        let (wi, pdf) = built.sample(&Frame::IDENTITY, [random.unit(), random.unit()]);
         assert!(pdf > 0.0);
         let (face, place) = place_of(map.layout, wi.map(f64::from));
         let column = ((place[0] * f64::from(map.width)) as u32 / BIN).min(columns - 1);
@@ -104,7 +104,7 @@ fn samples_follow_the_density() {
 fn the_density_of_any_size_integrates_to_one() {
     let mut random = Random(3);
     for (width, height) in [(1, 1), (1, 7), (7, 1), (5, 3), (33, 17), (31, 64), (130, 65)] {
-        let texels: Vec<f32> = (0..width * height).map(|_| random.f32()).collect();
+        let texels: Vec<f32> = (0..width * height).map(|_| random.unit()).collect();
         let map = Map::latlong(width, height, |x, y| texels[(y * width + x) as usize]);
         for of in descriptions(&map) {
             let built = Built::new(&map, &of);

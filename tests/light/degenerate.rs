@@ -17,7 +17,7 @@ fn use_light(built: &Built, lit: bool) {
     let light = environment.light();
     let mut random = Random(51);
     for _ in 0..500 {
-        let (wi, pdf) = built.sample(&Frame::IDENTITY, [random.f32(), random.f32()]);
+        let (wi, pdf) = built.sample(&Frame::IDENTITY, [random.unit(), random.unit()]);
         assert!(wi.iter().all(|x| x.is_finite()) && pdf.is_finite(), "{wi:?} {pdf}");
         assert_eq!(pdf > 0.0, lit);
         let wi = single(random.direction());
@@ -133,7 +133,7 @@ fn powers_of_two_change_no_bit() {
                     assert_eq!(header(&other).power, header(&built).power * f64::from(scale));
                     let mut random = Random(53);
                     for _ in 0..300 {
-                        let u = [random.f32(), random.f32()];
+                        let u = [random.unit(), random.unit()];
                         let (a, b) = (built.sample(&Frame::IDENTITY, u), other.sample(&Frame::IDENTITY, u));
                         assert_eq!(a.0.map(f32::to_bits), b.0.map(f32::to_bits));
                         assert_eq!(a.1.to_bits(), b.1.to_bits());

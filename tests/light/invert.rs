@@ -24,7 +24,7 @@ fn test(built: &Built, near: f64) -> (usize, usize) {
         let frame = if i % 4 == 0 { Frame::IDENTITY } else { random.frame() };
         let sampled = i % 2 == 0;
         let wi =
-            if sampled { built.sample(&frame, [random.f32(), random.f32()]).0 } else { single(random.direction()) };
+            if sampled { built.sample(&frame, [random.unit(), random.unit()]).0 } else { single(random.direction()) };
         match light.invert(&frame, wi) {
             Inverted::To(u) => {
                 assert!(u.iter().all(|u| (0.0..1.0).contains(u)));

@@ -1,10 +1,9 @@
 //! How clients look a map up, in f64, and how they turn directions into places: written from the definitions of the layouts.
 
+pub use crate::support::vector::{V3, single, unit};
 use std::f64::consts::{PI, TAU};
 use wis::light::chart::Layout;
 use wis::light::plan::{Description, Filter};
-
-pub type V3 = [f64; 3];
 
 /// A map of luminances.
 #[derive(Clone)]
@@ -190,15 +189,6 @@ fn cube_direction(face: u32, s: f64, t: f64) -> V3 {
         4 => [s, -t, 1.0],
         _ => [-s, -t, -1.0],
     }
-}
-
-pub fn unit(v: V3) -> V3 {
-    let length = v.iter().map(|x| x * x).sum::<f64>().sqrt();
-    v.map(|x| x / length)
-}
-
-pub fn single(v: V3) -> [f32; 3] {
-    v.map(|x| x as f32)
 }
 
 pub fn double(v: [f32; 3]) -> V3 {

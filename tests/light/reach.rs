@@ -85,7 +85,7 @@ fn every_sample_has_a_density() {
             for of in descriptions(&map) {
                 let built = Built::new(&map, &Description { exact_zero: true, ..of });
                 for i in 0..400 {
-                    let u = if i < 16 { [ends[i % 4], ends[i / 4]] } else { [random.f32(), random.f32()] };
+                    let u = if i < 16 { [ends[i % 4], ends[i / 4]] } else { [random.unit(), random.unit()] };
                     let (wi, pdf) = built.sample(&Frame::IDENTITY, u);
                     assert!(pdf > 0.0 && pdf.is_finite(), "{of:?} {u:?}: {wi:?} {pdf}");
                     assert_eq!(pdf.to_bits(), built.pdf(wi).to_bits());
@@ -121,7 +121,7 @@ fn black_beside_light_is_never_returned() {
                 let of = Description { exact_zero: true, ..of };
                 let built = Built::new(&map, &of);
                 for i in 0..2000 {
-                    let u = if i < 25 { [ends[i % 5], ends[i / 5]] } else { [random.f32(), random.f32()] };
+                    let u = if i < 25 { [ends[i % 5], ends[i / 5]] } else { [random.unit(), random.unit()] };
                     let wi = double(built.sample(&Frame::IDENTITY, u).0);
                     let mut lit_at = |wi: V3| map.radiance(&of, 0.0, wi) > 0.0;
                     // A sample of a bilinear light may lie on the border of its patch, where the client finds 0.

@@ -27,7 +27,7 @@ fn tiles(name: &str, light: &Light<'_>) {
     assert_eq!(area, f64::from(length) * f64::from(height) * f64::from(light.chart.faces()), "{name}");
     let mut random = Random(91);
     for _ in 0..200 {
-        let place = [random.f32() * length, random.f32() * height * light.chart.faces() as f32];
+        let place = [random.unit() * length, random.unit() * height * light.chart.faces() as f32];
         let holds = |s: &&[f32; 4]| (0..2).all(|k| s[k] <= place[k] && place[k] < s[k] + s[k + 2]);
         assert_eq!(light.strata.iter().filter(holds).count(), 1, "{name} at {place:?}");
     }
@@ -132,7 +132,7 @@ fn the_texel_map_is_the_light() {
                 let built = Built::new(&map, &Description { compensated, ..of });
                 let light = built.environment().light();
                 for _ in 0..500 {
-                    let place = light.chart.axes.map(|axis| axis.length * random.f32());
+                    let place = light.chart.axes.map(|axis| axis.length * random.unit());
                     let face = (random.bits() % u64::from(light.chart.faces())) as u32;
                     let direction = light.chart.direction(face as f32, place);
                     let expected = map.radiance(&of, built.least(), double(direction));

@@ -16,7 +16,7 @@ pub fn weights(map: &Map, built: &Built, radiance: impl Fn([f32; 3]) -> f64) -> 
     let mut random = Random(21);
     let (mut sum, mut squares, mut largest) = (0.0, 0.0, 0.0f64);
     for _ in 0..SAMPLES {
-        let (wi, pdf) = built.sample(&Frame::IDENTITY, [random.f32(), random.f32()]);
+        let (wi, pdf) = built.sample(&Frame::IDENTITY, [random.unit(), random.unit()]);
         let w = radiance(wi) / (f64::from(pdf) * power);
         assert!(w.is_finite(), "{:?} {wi:?} {pdf}", map.layout);
         sum += w;
@@ -99,7 +99,7 @@ fn cubes_with_unclipped_suns() {
 fn small_maps_are_refined() {
     let mut random = Random(23);
     for (width, height) in [(1, 1), (2, 1), (5, 3), (16, 8), (33, 20), (64, 33)] {
-        let texels: Vec<f32> = (0..width * height).map(|_| random.f32()).collect();
+        let texels: Vec<f32> = (0..width * height).map(|_| random.unit()).collect();
         let map = Map::latlong(width, height, |x, y| texels[(y * width + x) as usize]);
         for of in descriptions(&map) {
             test("random", &map, &of);
@@ -147,7 +147,7 @@ fn samples_of_a_nearest_light_keep_off_the_borders() {
         let mut random = Random(27);
         let side = height / super::lookup::faces(layout);
         for _ in 0..SAMPLES {
-            let (wi, _) = built.sample(&Frame::IDENTITY, [random.f32(), random.f32()]);
+            let (wi, _) = built.sample(&Frame::IDENTITY, [random.unit(), random.unit()]);
             let (_, place) = place_of(layout, double(wi));
             for (at, texels) in place.into_iter().zip([width, side]) {
                 let texel = at * f64::from(texels);

@@ -41,7 +41,7 @@ fn a_sample_has_the_bits_of_its_pdf() {
                 let shaded = prepared.shaded();
                 for i in 0..200 {
                     let frame = random.frame();
-                    let u = if i < 16 { [edges[i % 4], edges[i / 4]] } else { [random.f32(), random.f32()] };
+                    let u = if i < 16 { [edges[i % 4], edges[i / 4]] } else { [random.unit(), random.unit()] };
                     let (wi, pdf) = shaded.sample::<f32>(&frame, u);
                     let again = shaded.pdf::<f32>(&frame, wi);
                     assert_eq!(pdf.to_bits(), again.to_bits(), "{name} {degrees} u {u:?} wi {wi:?}");
@@ -63,7 +63,7 @@ fn batches_have_the_bits_of_single_calls_at_every_level() {
             let shaded = prepared.shaded();
             for count in [0, 1, 2, 3, 8, 9, 64] {
                 let frame = random.frame();
-                let mut u: Vec<[f32; 2]> = (0..count).map(|_| [random.f32(), random.f32()]).collect();
+                let mut u: Vec<[f32; 2]> = (0..count).map(|_| [random.unit(), random.unit()]).collect();
                 if let Some(first) = u.first_mut() {
                     *first = [f32::NAN, 2.0];
                 }

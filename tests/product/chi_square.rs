@@ -50,7 +50,7 @@ fn samples_follow_the_density() {
             let mut counts = vec![0u64; bins.len()];
             let mut drawn = [Drawn::default(); 64];
             for _ in 0..SAMPLES / 64 {
-                let u: [[f32; 2]; 64] = std::array::from_fn(|_| [random.f32(), random.f32()]);
+                let u: [[f32; 2]; 64] = std::array::from_fn(|_| [random.unit(), random.unit()]);
                 samples(&prepared.shaded(), &prepared.frame(), &u, &mut drawn);
                 for drawn in &drawn {
                     let (_, [u, v]) = place_of(Layout::LatLong, drawn.wi.map(f64::from));

@@ -21,7 +21,7 @@ fn exercise(prepared: &Prepared<'_>) -> usize {
     let mut random = Random(51);
     let mut drawn = 0;
     for _ in 0..300 {
-        let (wi, pdf) = prepared.sample([random.f32(), random.f32()]);
+        let (wi, pdf) = prepared.sample([random.unit(), random.unit()]);
         assert!(wi.iter().all(|x| x.is_finite()) && pdf >= 0.0 && pdf.is_finite(), "{wi:?} {pdf}");
         assert_eq!(pdf.to_bits(), prepared.pdf(wi).to_bits());
         drawn += usize::from(pdf > 0.0);
@@ -136,7 +136,7 @@ fn scaling_the_map_scales_integrals_only() {
         let mut random = Random(55);
         let (a, b) = (Prepared::new(&one, &point), Prepared::new(&other, &point));
         for _ in 0..100 {
-            let u = [random.f32(), random.f32()];
+            let u = [random.unit(), random.unit()];
             let ((p, f), (q, g)) = (a.sample(u), b.sample(u));
             assert_eq!((p.map(f32::to_bits), f.to_bits()), (q.map(f32::to_bits), g.to_bits()));
         }

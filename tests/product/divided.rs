@@ -22,7 +22,7 @@ fn variance(map: &Map, built: &Built, material: &Material, divided: usize) -> (f
     let prepared = Prepared::with(built, &point, &Config { divided, ..Config::default() });
     let (client, mut random, mut mean) = (Client::new(&point), Random(103), Mean::default());
     for _ in 0..SAMPLES {
-        let (wi, pdf) = prepared.sample([random.f32(), random.f32()]);
+        let (wi, pdf) = prepared.sample([random.unit(), random.unit()]);
         let wi = double(wi);
         mean.add(client.f_cos(wi) * map.radiance(&of, built.least(), wi) / f64::from(pdf));
     }

@@ -28,7 +28,7 @@ fn it_leads_back() {
                 let shaded = prepared.shaded();
                 for i in 0..1000 {
                     let frame = random.frame();
-                    let u = [random.f32(), random.f32()];
+                    let u = [random.unit(), random.unit()];
                     let wi = if i % 2 == 0 { prepared.sample(u).0 } else { single(random.direction()) };
                     match shaded.invert(&frame, wi) {
                         Inverted::To(u) => {
@@ -80,7 +80,7 @@ fn samples_at_borders_have_a_density() {
                     Prepared::new(&built, &view(&material, random.direction(), 5.0 * f64::from(i), random.f64()));
                 let shaded = prepared.shaded();
                 for k in 0..20_000 {
-                    let mut u = [random.f32(), random.f32()];
+                    let mut u = [random.unit(), random.unit()];
                     u[k % 2] = ends[k / 2 % 3];
                     let frame = random.frame();
                     let (wi, pdf) = shaded.sample::<f32>(&frame, u);

@@ -93,7 +93,7 @@ fn lobes_that_are_drawn_for_the_sky_leave_a_density() {
             assert!(pdf > 0.0 && pdf.to_bits() == prepared.pdf(wi).to_bits(), "{shapes:?}: {u:?} {wi:?} {pdf}");
         }
         for _ in 0..SAMPLES {
-            let (wi, pdf) = prepared.sample([random.f32(), random.f32()]);
+            let (wi, pdf) = prepared.sample([random.unit(), random.unit()]);
             assert_eq!(pdf.to_bits(), prepared.pdf(wi).to_bits(), "{shapes:?}: {wi:?}");
             mean.add(value(double(wi)) / f64::from(pdf));
         }

@@ -53,7 +53,7 @@ fn estimates_are_unbiased() {
                 let prepared = Prepared::with(&built, &point, &config);
                 let mut mean = Mean::default();
                 for _ in 0..SAMPLES {
-                    let (wi, pdf) = prepared.sample([random.f32(), random.f32()]);
+                    let (wi, pdf) = prepared.sample([random.unit(), random.unit()]);
                     mean.add(value(double(wi)) / f64::from(pdf));
                 }
                 let p = mean.p_value(reference, TOLERANCE * reference);

@@ -25,7 +25,7 @@ fn scaling_the_lobes_scales_the_integral_only() {
             let [a, b] = [&one, &other].map(|prepared| prepared.product().header.integral);
             assert_eq!((a * 2f64.powi(k)).to_bits(), b.to_bits(), "{name}, 2^{k}");
             for _ in 0..50 {
-                let u = [random.f32(), random.f32()];
+                let u = [random.unit(), random.unit()];
                 let [a, b] = [one.sample(u), other.sample(u)];
                 assert_eq!(
                     (a.0.map(f32::to_bits), a.1.to_bits()),

@@ -44,7 +44,7 @@ pub fn largest(map: &Map, built: &Built, prepared: &Prepared<'_>, client: &Clien
         if value > 0.0 { value / pdf } else { 0.0 }
     };
     for i in 0..count {
-        let (wi, pdf) = prepared.sample([random.f32(), random.f32()]);
+        let (wi, pdf) = prepared.sample([random.unit(), random.unit()]);
         let w = weight(wi);
         assert!(pdf > 0.0);
         sum += w;
@@ -56,7 +56,7 @@ pub fn largest(map: &Map, built: &Built, prepared: &Prepared<'_>, client: &Clien
             }
         };
         look(wi);
-        look(built.sample(&prepared.frame(), [random.f32(), random.f32()]).0);
+        look(built.sample(&prepared.frame(), [random.unit(), random.unit()]).0);
         // About the mirror direction, ever closer.
         let mirror = client.mirror();
         let near = super::maps::near(mirror, random.direction(), [1.0, 0.3, 0.1, 0.03, 0.01][i % 5]);
@@ -108,7 +108,7 @@ fn through_glass(map: &Map, built: &Built, filter: Filter, shape: Shape, normal:
             let value = f64::from(surface.value::<f32>(surface.to_local(wi)));
             value * map.radiance(&of, built.least(), double(wi))
         };
-        let mut number = || [random.f32(), random.f32()];
+        let mut number = || [random.unit(), random.unit()];
         let drawn = [prepared.sample(number()).0, built.sample(&prepared.frame(), number()).0];
         let both = |wi| f64::from(prepared.pdf(wi)) + f64::from(built.pdf(wi));
         sum += drawn.map(|wi| brings(wi) / both(wi)).iter().sum::<f64>();

@@ -1,6 +1,7 @@
 //! What the tests of the tree modules share: vectors, reproducible random images, trees in `Vec`s.
 #![allow(dead_code)]
 
+pub use crate::support::Random;
 use serde_json::Value;
 use wis::wavelets::prune::{self, Pruning};
 use wis::wavelets::tree::{self, Link, Tree};
@@ -41,22 +42,7 @@ pub fn array<const N: usize>(values: &[f64]) -> [f64; N] {
     values.try_into().unwrap()
 }
 
-/// A small generator (Steele et al. 2014, SplitMix64).
-pub struct Random(pub u64);
-
 impl Random {
-    pub fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    /// Uniform in [0, 1), on the grid of 2^-24.
-    pub fn unit(&mut self) -> f32 {
-        (self.bits() >> 40) as f32 / 16_777_216.0
-    }
-
     pub fn point<const N: usize>(&mut self) -> [f32; N] {
         std::array::from_fn(|_| self.unit())
     }

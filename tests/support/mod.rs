@@ -130,7 +130,7 @@ pub fn normalise(v: [f64; 3]) -> [f32; 3] {
     v.map(|c| (c / length) as f32)
 }
 
-/// A fast generator of uniform numbers for tests (splitmix64).
+/// A fast generator of uniform numbers for tests (Steele et al. 2014, SplitMix64).
 pub struct Random(pub u64);
 
 impl Random {
@@ -140,6 +140,11 @@ impl Random {
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
         z ^ (z >> 31)
+    }
+
+    /// In [0, 1), a multiple of 2^-24.
+    pub fn unit(&mut self) -> f32 {
+        (self.bits() >> 40) as f32 / 16_777_216.0
     }
 
     /// In (0, 1), a multiple of 2^-24 plus half of that, as clients of 24 bits have it.

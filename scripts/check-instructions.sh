@@ -12,20 +12,20 @@ mkdir -p "$out"
 # call, directions of it, material, width of the map, goal, the most instructions (those of 2026-11-27 and 2 %), those on record, those of
 # version 0.2; of products, those before they were laid in one pass. Of several directions one counts.
 goals="
-direct  1  lambert 256  2700  3069  3061 11395
-direct  1  ggx     256  3600  4867  4783 20487
-direct  1  lambert 1024 2700  3072  3063 11076
-direct  1  ggx     1024 3600  4871  4787 19891
-prepare 1  lambert 1024 6500  10056 9859 18787
-prepare 1  ggx     1024 16000 26125 25612 32227
-sample  1  lambert 1024 1200  3421  3354 3213
-sample  1  ggx     1024 1200  3776  3702 3564
-pdf     1  lambert 1024 800   2243  2199 2283
-pdf     1  ggx     1024 800   2585  2534 2557
-sample  64 lambert 1024 500   989   988 1098
-sample  64 ggx     1024 500   1103  1100 1260
-pdf     64 lambert 1024 300   659   657 685
-pdf     64 ggx     1024 300   733   729 758
+direct  1  lambert 256  2700  3069 3032 11395
+direct  1  ggx     256  3600  4849 4754 20487
+direct  1  lambert 1024 2700  3072 3034 11076
+direct  1  ggx     1024 3600  4853 4758 19891
+prepare 1  lambert 1024 6500  8507 8340 18787
+prepare 1  ggx     1024 16000 24361 23883 32227
+sample  1  lambert 1024 1200  2707 2654 3213
+sample  1  ggx     1024 1200  3097 3036 3564
+pdf     1  lambert 1024 800   1883 1846 2283
+pdf     1  ggx     1024 800   2228 2184 2557
+sample  64 lambert 1024 500   882 865 1098
+sample  64 ggx     1024 500   1021 1001 1260
+pdf     64 lambert 1024 300   617 605 685
+pdf     64 ggx     1024 300   689 675 758
 "
 # Calls that are counted, and those whose lines are: their mean is printed.
 calls=64

@@ -43,7 +43,7 @@ impl Packed {
     }
 
     /// What it takes, with a length of 4 bytes.
-    pub fn len(&self) -> usize {
+    pub fn size(&self) -> usize {
         self.bytes.len() + 12
     }
 
@@ -92,7 +92,7 @@ fn place(depth: u32, mut ordinal: u32) -> (u32, u32) {
     while ordinal > 0 {
         level += 1;
         let each = inside(depth, level);
-        position |= (ordinal - 1) / each << (MORTON_BITS - 2 * level);
+        position |= ((ordinal - 1) / each) << (MORTON_BITS - 2 * level);
         ordinal = (ordinal - 1) % each;
     }
     (position, level)
@@ -113,7 +113,7 @@ mod tests {
         let packed = Packed::new(depth, tree.info.average, &list, 0.0);
         let mut back = Vec::new();
         packed.unpack(&mut back);
-        assert!(back.len() == list.len() && packed.len() <= 12 + 4 * 3 * list.len());
+        assert!(back.len() == list.len() && packed.size() <= 12 + 4 * 3 * list.len());
         for (a, b) in list.iter().zip(&back) {
             assert!((a.position, a.level) == (b.position, b.level));
             let step = packed.scale * 2f32.powi(a.level as i32) / f32::from(i16::MAX);

@@ -256,6 +256,6 @@ fn squares_within(domain: Domain, trees: &[Tree], all: &domain::Lists, lost: f64
     let keep = energies.len() - small.count();
     let lists = domain::largest(all.clone(), keep);
     let bytes =
-        trees.iter().zip(&lists).map(|(tree, list)| Packed::new(domain.depth, tree.info.average, list, 0.0).len());
+        trees.iter().zip(&lists).map(|(tree, list)| Packed::new(domain.depth, tree.info.average, list, 0.0).size());
     [keep as f64, bytes.sum::<usize>() as f64]
 }

@@ -49,7 +49,7 @@ fn sizes(page: &mut Paper, (slices, depth, goal): (u32, u32, f64)) -> Result<()>
         let packed = sparse(&trees, depth, TWO_PERCENT)?.0;
         let mut colour = 0.0;
         for channel in brdf.channels.iter().flatten() {
-            colour += kb(sparse(&slices_of(&**channel)?, depth, TWO_PERCENT)?.0.iter().map(Packed::len).sum());
+            colour += kb(sparse(&slices_of(&**channel)?, depth, TWO_PERCENT)?.0.iter().map(Packed::size).sum());
         }
         let (mut list, mut us, mut bytes) = (Vec::new(), f64::MAX, 0);
         for round in 0..3 {
@@ -63,7 +63,7 @@ fn sizes(page: &mut Paper, (slices, depth, goal): (u32, u32, f64)) -> Result<()>
                 }
             }
         }
-        let grey = kb(packed.iter().map(Packed::len).sum());
+        let grey = kb(packed.iter().map(Packed::size).sum());
         // Where a file is read as luminance alone, three channels take three times as much.
         let (three, shown) =
             if colour > 0.0 { (colour, format!("{colour:.0}")) } else { (3.0 * grey, "not read".into()) };

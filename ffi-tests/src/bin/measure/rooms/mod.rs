@@ -6,6 +6,7 @@ mod several;
 
 use anyhow::Result;
 use glam::Vec3;
+use several::REFERENCES;
 use std::path::Path;
 use wis_ffi_tests::data;
 use wis_ffi_tests::library::Mode;
@@ -21,8 +22,7 @@ use wis_ffi_tests::setting::{Lit, Setting};
 
 /// The first two are those that its developers never tuned on.
 const MAPS: [&str; 3] = ["adams_place_bridge_1k.hdr", "potsdamer_platz_1k.hdr", "venice_sunset_1k.hdr"];
-/// Where references are kept, and the disagreement of their halves at which they are good enough.
-const REFERENCES: &str = "build/rooms";
+/// The disagreement of the halves of references at which they are good enough.
 const BOUND: f64 = 0.003;
 const RAYS: [usize; 3] = [1, 4, 16];
 const METHODS: [Method; 7] = [

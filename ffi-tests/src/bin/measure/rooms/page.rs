@@ -1,6 +1,5 @@
 //! The page: verdicts first, then the tables that they come from.
 
-use super::METHODS;
 use super::passes::{Passes, WAYS};
 use super::several::Several;
 use crate::report::gains::{METRICS, Scale, distinct, geometric_mean, over, row};
@@ -192,9 +191,8 @@ fn each(cells: &[Cell]) -> Table {
         let words =
             [cell.scene.clone(), cell.light.clone(), cell.material.clone(), format!("{:.1} %", 100.0 * cell.visible)];
         let gains = OURS.into_iter().flat_map(|ours| {
-            Scale::of_model(0).map(|scale| {
-                over(cell, ours, METHODS[0].name().as_str(), 4, scale).map_or("-".into(), |gain| times(gain[0]))
-            })
+            Scale::of_model(0)
+                .map(|scale| over(cell, ours, RIVALS[0], 4, scale).map_or("-".into(), |gain| times(gain[0])))
         });
         table.row(words.into_iter().chain(gains));
     }

@@ -1,6 +1,6 @@
 //! A room in passes of one ray, with a visibility cache, with portals, and with both.
 
-use super::{REFERENCES, WINDOW};
+use super::several::REFERENCES;
 use crate::passes::page::PASSES;
 use crate::passes::passes;
 use anyhow::Result;
@@ -11,7 +11,7 @@ use wis_ffi_tests::light::Light;
 use wis_ffi_tests::material::Material;
 use wis_ffi_tests::measure::Truth;
 use wis_ffi_tests::reference::Reference;
-use wis_ffi_tests::scene::{Scene, Stage, View};
+use wis_ffi_tests::scene::{Scene, Stage, View, WINDOW};
 use wis_ffi_tests::setting::{Lit, Setting};
 
 /// Whether there is a cache, and whether there are portals.

@@ -1,7 +1,6 @@
 //! Several environments: a call for each, against one call for a map of their sum. Candidates of one call for several environments would
 //! have the density of that sum, and a look-up for each environment besides: the sum bounds what such a call can save.
 
-use super::REFERENCES;
 use anyhow::Result;
 use std::path::Path;
 use wis_ffi_tests::caches::RENDERER;
@@ -17,6 +16,9 @@ use wis_ffi_tests::reference::Reference;
 use wis_ffi_tests::scene::{Scene, View};
 use wis_ffi_tests::setting::{Lit, Setting, shadowed_and_not};
 use wis_ffi_tests::timing::time;
+
+/// Where references are kept.
+pub const REFERENCES: &str = "build/rooms";
 
 /// A set of environments, a material and a number of rays for all of them.
 pub struct Several {

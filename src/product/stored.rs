@@ -267,7 +267,8 @@ pub fn write_tops(weights: &[f32], grid: [u32; 2], tops_out: &mut [Quad]) -> f32
     let (of_rows, rest) = tops_out.split_at_mut_checked(rows).unwrap_or_default();
     let (of_quads, of_cells) = rest.split_at_mut_checked(quads).unwrap_or_default();
     // One after the other, not in lanes: a cell without weight must end where it begins.
-    for (out, &[a, b, c, d]) in of_cells.iter_mut().zip(weights.as_chunks().0) {
+    let weights: &[Quad] = bytemuck::try_cast_slice(weights).unwrap_or(&[]);
+    for (out, &[a, b, c, d]) in of_cells.iter_mut().zip(weights) {
         let (second, third) = (a + b, a + b + c);
         *out = [a, second, third, third + d];
     }
@@ -279,7 +280,8 @@ pub fn write_tops(weights: &[f32], grid: [u32; 2], tops_out: &mut [Quad]) -> f32
         }
         return total;
     }
-    let rows = of_rows.as_flattened_mut().iter_mut().zip(of_quads).zip(of_cells.as_chunks().0);
+    let of_cells: &[[Quad; 4]] = bytemuck::try_cast_slice(of_cells).unwrap_or(&[]);
+    let rows = of_rows.as_flattened_mut().iter_mut().zip(of_quads).zip(of_cells);
     for ((end, out), &[[.., a], [.., b], [.., c], [.., d]]) in rows {
         let (second, third) = (a + b, a + b + c);
         *out = [a, second, third, third + d];

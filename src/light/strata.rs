@@ -14,6 +14,7 @@ use super::map::{WHOLE, solid_angle};
 use super::plan::Plan;
 use super::radiance::decode;
 use super::tables::Light;
+use crate::numeric::{max, min, sqrt};
 use core::f64::consts::PI;
 
 /// The most strata of a light.
@@ -55,6 +56,8 @@ const BITS: u32 = 24;
 const GRID: usize = 64;
 /// So many cells of a row are integrated together.
 const TOGETHER: usize = 16;
+/// So many of those in which light crosses what the mean leaves.
+const ACROSS: usize = 8;
 /// Cells at the top of the pyramid along an axis.
 const TOP: u32 = 16;
 /// Numbers of a pyramid's cell: mass and square.
@@ -146,7 +149,7 @@ struct Integrals {
 impl Integrals {
     /// What strata are divided by.
     fn mass(&self) -> f32 {
-        let root = crate::numeric::sqrt(self.square * self.area).min(MOST_ROOT * self.light);
+        let root = sqrt(self.square * self.area).min(MOST_ROOT * self.light);
         (1.0 - ROOT) * self.light + ROOT * root + EVERYWHERE * self.angle
     }
 }
@@ -322,7 +325,7 @@ impl Field<'_> {
     /// What exceeds the mean, or a share of the light.
     #[inline(always)]
     fn excess(&self, light: f32) -> f32 {
-        (light - 1.0).max(DIM * light)
+        max(light - 1.0, DIM * light)
     }
 
     /// Light and solid angle at the borders of cells along a line.
@@ -441,38 +444,57 @@ impl Field<'_> {
             }
             for (i, across) in (0..TOGETHER).zip(across) {
                 let [a, b, c, d] = [light[0][i], light[1][i], light[2][i], light[3][i]];
-                *across = a.min(b).min(c.min(d)) < kink && kink < a.max(b).max(c.max(d));
+                *across = min(min(a, b), min(c, d)) < kink && kink < max(max(a, b), max(c, d));
             }
             for (out, of) in [sums, all_squares, angles].into_iter().zip(&of) {
                 out.copy_from_slice(of);
             }
         }
-        for i in (0..count.min(GRID)).filter(|i| across[i % GRID]) {
-            let light = [above.light[i], above.light[i + (next & 1)], below_light[i], below_light[i + (next & 1)]];
-            let angle = [above.angle[i], above.angle[i + 1], below.angle[i], below.angle[i + 1]];
-            let [sum, squares] = self.means_across(light, angle);
-            let area = row.width[i] * row.height;
-            row.light[i] = area * sum;
-            row.square[i] = area * squares;
+        let mut cells = (0..count.min(GRID)).filter(|i| across[i % GRID]);
+        loop {
+            let (mut group, mut found) = ([0; ACROSS], 0);
+            for (place, cell) in group.iter_mut().zip(&mut cells) {
+                (*place, found) = (cell, found + 1);
+            }
+            let corners = |above: &[f32; GRID + 1], below: &[f32; GRID + 1], next: usize| {
+                [(above, 0), (above, next), (below, 0), (below, next)]
+                    .map(|(line, next)| group.map(|i| line[i % GRID + (next & 1)]))
+            };
+            let light = corners(&above.light, below_light, next);
+            let [sums, squares] = self.means_across(&light, &corners(&above.angle, &below.angle, 1));
+            for (&i, (sum, square)) in group.iter().zip(sums.iter().zip(squares)).take(found) {
+                let area = row.width[i % GRID] * row.height;
+                (row.light[i % GRID], row.square[i % GRID]) = (area * sum, area * square);
+            }
+            if found < ACROSS {
+                break;
+            }
         }
     }
 
-    /// The means of a cell, and of their squares, where light crosses what the mean leaves: at 4 x 4 places.
+    /// The means of cells, and of their squares, where light crosses what the mean leaves: at 4 x 4 places.
     #[inline(never)]
-    fn means_across(&self, light: [f32; 4], angle: [f32; 4]) -> [f32; 2] {
+    fn means_across(&self, light: &[[f32; ACROSS]; 4], angle: &[[f32; ACROSS]; 4]) -> [[f32; ACROSS]; 2] {
         const AT: [f32; 4] = [0.125, 0.375, 0.625, 0.875];
-        let (mut sum, mut squares) = (0.0, 0.0);
-        let mix = |[a, b]: [f32; 2], t: f32| a + (b - a) * t;
+        let mix = |a: f32, b: f32, t: f32| a + (b - a) * t;
+        let [mut sums, mut squares] = [[0.0; ACROSS]; 2];
         for t in AT {
-            let [left, right] = [0, 1].map(|k: usize| mix([light[k], light[k + 2]], t));
-            let of_row = [0, 1].map(|k: usize| mix([angle[k], angle[k + 2]], t));
+            let mut ends = [[0.0; ACROSS]; 4];
+            for (k, ends) in ends.iter_mut().enumerate() {
+                let of = if k < 2 { light } else { angle };
+                for (i, end) in ends.iter_mut().enumerate() {
+                    *end = mix(of[k & 1][i], of[(k & 1) + 2][i], t);
+                }
+            }
             for s in AT {
-                let g = self.excess(mix([left, right], s)) * mix(of_row, s);
-                sum += g;
-                squares += g * g;
+                for i in 0..ACROSS {
+                    let g = self.excess(mix(ends[0][i], ends[1][i], s)) * mix(ends[2][i], ends[3][i], s);
+                    sums[i] += g;
+                    squares[i] += g * g;
+                }
             }
         }
-        [sum, squares].map(|x| x * (1.0 / 16.0))
+        [sums, squares].map(|means| means.map(|x| x * (1.0 / 16.0)))
     }
 
     /// Writes the lowest level of the pyramid, and answers the integral of all light.
@@ -541,7 +563,7 @@ impl Field<'_> {
                     if let [mass, square] = out
                         && *mass < one
                     {
-                        *mass = crate::numeric::sqrt(*square * area).min(MOST_ROOT * *mass);
+                        *mass = sqrt(*square * area).min(MOST_ROOT * *mass);
                     }
                 }
             }
@@ -709,7 +731,7 @@ impl Field<'_> {
     /// The best cut along an axis, if it is better than one that is known.
     #[inline(never)]
     fn best_cut(&self, node: &Node, group: u32, span: &Span, axis: usize, sums: &Sums, best: &mut Cut) {
-        let all = sums.iter().fold([0.0; NUMBERS], |a, b| [a[0] + b[0], a[1] + b[1]]);
+        let all = sums.iter().take(span.count).fold([0.0; NUMBERS], |a, b| [a[0] + b[0], a[1] + b[1]]);
         let mut before = [0.0; NUMBERS];
         let whole = self.area(&node.extent);
         let shape = 1.0 + LONG * self.length_across(node, axis);

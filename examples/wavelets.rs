@@ -4,7 +4,7 @@
 use glam::Vec3;
 use std::error::Error;
 use std::f64::consts::PI;
-use wis::object::Size;
+use wis::blob::Size;
 use wis::points::sobol;
 use wis::sphere::{Frame, direction, square};
 use wis::wavelets::combine::{add_in, multiply_in, product_size, sum_size};

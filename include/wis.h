@@ -104,6 +104,7 @@ uint32_t wis_version(void);
 #define WIS_LAYOUT_LATLONG 1 /**< Columns: azimuth 2 pi (x + 1/2) / width from +x to +y. Rows: angle pi (y + 1/2) / height from +z. */
 #define WIS_LAYOUT_CUBE 2 /**< Six square faces below one another, +x -x +y -y +z -z, each as OpenGL orients it; height = 6 width. */
 #define WIS_LAYOUT_OCTAHEDRAL 3 /**< Equal-area octahedral square (Clarberg 2008): +z in the centre, columns along x; height = width. */
+#define WIS_ENVIRONMENT_PASSES 6 /**< The passes of a build that threads share. */
 #define WIS_FORMAT_F32 1 /**< 32-bit floats. */
 #define WIS_FORMAT_F16 2 /**< 16-bit floats. */
 #define WIS_FILTER_BILINEAR 0 /**< You interpolate between texel centres. Azimuth wraps, poles mirror, edges of cube and octahedron join. */
@@ -181,21 +182,20 @@ enum wis_status wis_environment_size(const struct wis_environment_config *config
 enum wis_status wis_environment_init(const struct wis_environment_config *config, void *memory, size_t bytes, void *scratch,
     size_t scratch_bytes, const struct wis_environment **environment, struct wis_diagnostic *diagnostic);
 
-/// Begins a build that threads share. `items` receives the number of items of each of three passes: rows of texels; cells, whose tables are
-/// chosen; cells, whose tables are written. Hand all items of a pass to wis_environment_run, in any portions, on any threads, before those
-/// of the next pass; then call wis_environment_finish. The bytes are those of wis_environment_init. Work: rows.
-enum wis_status wis_environment_begin(const struct wis_environment_config *config, void *scratch, size_t scratch_bytes, uint32_t items[3],
+/// Begins a build that threads share. `items` receives the number of items of each of WIS_ENVIRONMENT_PASSES passes. Hand all items of a
+/// pass to wis_environment_run, in any portions, on any threads, before those of the next pass; then call wis_environment_finish. The bytes
+/// are those of wis_environment_init. Work: rows.
+enum wis_status wis_environment_begin(const struct wis_environment_config *config, void *scratch, size_t scratch_bytes, uint32_t items[6],
     struct wis_diagnostic *diagnostic);
 
 /// Works on `count` items of a pass, from item `first` on. Threads may call this at once for different items. `config`: that of
-/// wis_environment_begin. `memory`: used by pass 2 only, null before; the same block in all calls of pass 2 and in wis_environment_finish.
-/// If it is too short, the diagnostic tells the bytes that are needed, and pass 2 may be run again. `pass`: 0, 1 or 2. WIS_MISMATCH if an
-/// earlier pass is not done. Work: texels of the items.
+/// wis_environment_begin. `memory`: used from pass 2 on, null before; the same block in all calls from then on and in
+/// wis_environment_finish. If it is too short, the diagnostic tells the bytes that are needed, and pass 2 may be run again. `pass`: 0 to
+/// WIS_ENVIRONMENT_PASSES - 1. WIS_MISMATCH if an earlier pass is not done. Work: texels of the items.
 enum wis_status wis_environment_run(const struct wis_environment_config *config, void *memory, size_t bytes, void *scratch,
     size_t scratch_bytes, uint32_t pass, uint32_t first, uint32_t count, struct wis_diagnostic *diagnostic);
 
-/// Ends a build whose three passes are done (WIS_MISMATCH before). `memory`: the block of pass 2. `environment` receives the handle. It
-/// builds the strata, on this thread: for a map of 1024 x 512, 5 ms under a smooth sky and 30 ms under many lamps. Work: texels.
+/// Ends a build whose passes are done (WIS_MISMATCH before). `memory`: that of pass 2. `environment` receives the handle. Work: texels.
 enum wis_status wis_environment_finish(const struct wis_environment_config *config, void *memory, size_t bytes, void *scratch,
     size_t scratch_bytes, const struct wis_environment **environment, struct wis_diagnostic *diagnostic);
 

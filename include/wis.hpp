@@ -176,7 +176,7 @@ private:
     moving<const wis_environment *> handle_;
 };
 
-/// A build that threads share: begin, then the items of passes 0, 1 and 2 in turn, then finish.
+/// A build that threads share: begin, then the items of all WIS_ENVIRONMENT_PASSES passes in turn, then finish.
 class environment_build {
 public:
     /// What `config` points to must stay until finish.
@@ -190,10 +190,10 @@ public:
         return pass(wis_environment_begin(&config_, scratch_.data(), scratch_.bytes(), items_, diagnostic));
     }
     /// How many items a pass has.
-    std::uint32_t items(std::uint32_t pass) const noexcept { return pass < 3 ? items_[pass] : 0; }
+    std::uint32_t items(std::uint32_t pass) const noexcept { return pass < WIS_ENVIRONMENT_PASSES ? items_[pass] : 0; }
     /// Works on some items of a pass. Threads may call this at once for different items.
     status run(std::uint32_t number, std::uint32_t first, std::uint32_t count, wis_diagnostic *diagnostic = nullptr) {
-        const bool writes = number == 2;
+        const bool writes = number >= 2;
         return pass(wis_environment_run(&config_, writes ? built_.memory_.data() : nullptr,
                                         writes ? built_.memory_.bytes() : 0, scratch_.data(), scratch_.bytes(), number,
                                         first, count, diagnostic));
@@ -207,7 +207,7 @@ public:
 
 private:
     wis_environment_config config_ = wis_environment_config();
-    std::uint32_t items_[3] = {};
+    std::uint32_t items_[WIS_ENVIRONMENT_PASSES] = {};
     memory scratch_;
     environment built_;
 };

@@ -1,10 +1,13 @@
 #![doc = include_str!("../docs/crate.md")]
 // A folder or file imports only what stands before it, and nothing imports `lights` or `wavelets` but `ffi`
-// (tests/imports.rs). Order of folders: `status`, `numeric`, `simd`, `sample`, `sphere`, `points`, `object`, `pool`,
+// (tests/imports.rs). Order of folders: `status`, `numeric`, `simd`, `sample`, `sphere`, `points`, `blob`, `pool`,
 // `visibility`, `light`, `brdf`, `product`, `direct`, `lights`, `wavelets`, `ffi`, `render`.
 #![no_std]
 #![deny(unsafe_code, missing_docs)]
 
+#[doc(hidden)]
+#[allow(unsafe_code)]
+pub mod blob;
 #[doc(hidden)]
 pub mod brdf;
 #[doc(hidden)]
@@ -15,8 +18,6 @@ pub mod light;
 pub mod lights;
 #[doc(hidden)]
 pub mod numeric;
-#[doc(hidden)]
-pub mod object;
 pub mod points;
 pub mod pool;
 #[cfg(feature = "products")]

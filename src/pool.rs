@@ -5,8 +5,8 @@
 //! picks are systematic: threshold (j + u) / n of the sum of weights, for one u. Neighbours on the curve are
 //! neighbours on the sphere, so picks are spread as the product is.
 
+use crate::blob::ALIGNMENT;
 use crate::numeric::clamp_u;
-use crate::object::ALIGNMENT;
 use crate::simd::{Four, GROUP, Num};
 
 /// A candidate and how often it was picked.

@@ -6,9 +6,8 @@ use crate::direct::sampler::{Config, MAX_RAYS, Sampler};
 use crate::light::batch::{Drawn, pdfs, samples};
 use crate::light::chart::Layout;
 use crate::light::compare::{Comparison, compare};
-use crate::light::decode::Pixels;
 use crate::light::environment::{Environment, Size};
-use crate::light::pixels::Format;
+use crate::light::pixels::{Format, Pixels};
 use crate::light::plan::{Description, Filter, Plan};
 use crate::sphere::{Frame, unit};
 use crate::status::{Error, Result, Status};
@@ -111,6 +110,7 @@ impl<'p> Map<'p> {
             rays_only: self.rays_only,
             budget: self.error_budget,
         })
+        .map_err(|error| error.status)
     }
 
     /// What a build takes: bytes of the environment, exactly without an error budget and at most with one, and of scratch memory.

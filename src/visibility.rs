@@ -7,8 +7,8 @@
 //! its own rays, with which its later points share a sequence. And counts become factors between passes only; they are integers,
 //! added atomically, so that neither threads nor their order change a bit.
 
+use crate::blob::{Layout, Part};
 use crate::numeric::{max, sqrt};
-use crate::object::{Layout, Part};
 use crate::points::dimension_seed;
 use crate::sphere::square;
 use core::sync::atomic::{AtomicU32, Ordering};

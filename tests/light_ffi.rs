@@ -9,9 +9,8 @@ use wis::ffi::sampler::{SamplerConfig, wis_sampler_fault, wis_sampler_init};
 use wis::ffi::sampling::{wis_invert, wis_pdf, wis_sample};
 use wis::ffi::{Diagnostic, MemorySize};
 use wis::light::chart::Layout;
-use wis::light::decode::Pixels;
 use wis::light::environment::Environment;
-use wis::light::pixels::Format;
+use wis::light::pixels::{Format, Pixels};
 use wis::light::plan::{Description, Filter, Plan};
 use wis::sample::Sample;
 use wis::sphere::Frame;
@@ -142,7 +141,7 @@ impl Shared {
 fn build_shared(config: &LightConfig, threads: u32) -> Vec<u8> {
     let size = size(config);
     let (mut memory, mut scratch) = (Memory::new(size.bytes, 0), Memory::new(size.scratch_bytes, 0xff));
-    let (mut items, mut handle) = ([0; 3], null());
+    let (mut items, mut handle) = ([0; WIS_ENVIRONMENT_PASSES as usize], null());
     let shared = Shared { config, memory: memory.pointer(), scratch: scratch.pointer(), size };
     // SAFETY: all pointers are valid.
     let begun = unsafe { wis_environment_begin(config, shared.scratch, size.scratch_bytes, &mut items, null_mut()) };
@@ -521,6 +520,10 @@ fn short_memory() {
     let (mut handle, mut at) = (null(), Diagnostic::default());
     let mut short = Memory::new(64, 0xa5);
     let (place, work) = (short.pointer(), scratch.pointer());
+    let mut items = [0; WIS_ENVIRONMENT_PASSES as usize];
+    // SAFETY: the block is as long as stated.
+    let begun = unsafe { wis_environment_begin(&config, work, most.scratch_bytes, &mut items, null_mut()) };
+    assert_eq!(begun, Status::Ok);
     // SAFETY: the blocks are as long as stated.
     let status = unsafe { wis_environment_init(&config, place, 64, work, most.scratch_bytes, &mut handle, &mut at) };
     let needed = at.bytes_needed as usize;
@@ -530,8 +533,9 @@ fn short_memory() {
     let mut memory = Memory::new(needed, 0xa5);
     let size = MemorySize { bytes: needed, ..most };
     let shared = Shared { config: &config, memory: memory.pointer(), scratch: work, size };
-    let cells = 16 * 8;
-    assert_eq!(shared.run(2, 0, cells), Status::Ok);
+    for (pass, count) in (0..).zip(items).skip(2) {
+        assert_eq!(shared.run(pass, 0, count), Status::Ok);
+    }
     // SAFETY: as above.
     let status = unsafe {
         let scratch_bytes = most.scratch_bytes;
@@ -586,6 +590,26 @@ fn rays_alone() {
     assert_eq!((pdf, back, statuses), (-1.0, [-1.0; 2], [9]));
 }
 
+/// A map in which the strata have several parts: each is finished by a thread of its own.
+#[test]
+fn threads_share_strata() {
+    let pixels: Vec<f32> = (0..512 * 256).map(|i: u32| 0.125 + (i.wrapping_mul(0x9e37_79b9) >> 24) as f32).collect();
+    let config = LightConfig { channels: 1, ..config(WIS_LAYOUT_LATLONG, 512, 256, &pixels) };
+    let (size, mut items) = (size(&config), [0; WIS_ENVIRONMENT_PASSES as usize]);
+    let mut scratch = Memory::new(size.scratch_bytes, 0);
+    // SAFETY: all pointers are valid.
+    let begun =
+        unsafe { wis_environment_begin(&config, scratch.pointer(), size.scratch_bytes, &mut items, null_mut()) };
+    assert!(begun == Status::Ok && items[5] > 2, "{items:?}");
+    let expected = build(&config);
+    for threads in [1, 2, 5] {
+        assert!(build_shared(&config, threads) == expected, "{threads} threads");
+    }
+    let memory = Memory::copy(&expected);
+    let environment = Environment::open(memory.bytes()).expect("strata tile the map");
+    assert_eq!(environment.light().strata.len(), wis::light::strata::MOST, "a number that parts finish");
+}
+
 /// A pass waits for all items of those before it, and takes only its own items.
 #[test]
 fn passes_in_order() {
@@ -595,11 +619,11 @@ fn passes_in_order() {
     let (mut memory, mut scratch) = (Memory::new(size.bytes, 0), Memory::new(size.scratch_bytes, 0xa5));
     let shared = Shared { config: &config, memory: memory.pointer(), scratch: scratch.pointer(), size };
     assert_eq!(shared.run(0, 0, 1), Status::Mismatch);
-    let mut items = [0; 3];
+    let mut items = [0; WIS_ENVIRONMENT_PASSES as usize];
     let work = shared.scratch;
     // SAFETY: all pointers are valid.
     let begun = unsafe { wis_environment_begin(&config, work, size.scratch_bytes, &mut items, null_mut()) };
-    assert_eq!((begun, items), (Status::Ok, [17, 128, 128]));
+    assert_eq!((begun, items), (Status::Ok, [17, 128, 128, 17, 1, 1]));
     let finish = || {
         let (mut handle, bytes) = (null(), size.scratch_bytes);
         // SAFETY: all pointers are valid.
@@ -611,13 +635,13 @@ fn passes_in_order() {
         }
         assert_eq!(shared.run(pass, count, 0), Status::Ok);
         assert_eq!(shared.run(pass, 1, count - 1), Status::Ok);
-        if pass < 2 {
+        if pass + 1 < WIS_ENVIRONMENT_PASSES {
             assert_eq!(shared.run(pass + 1, 0, 1), Status::Mismatch);
         }
         assert_eq!(finish(), Status::Mismatch);
         assert_eq!(shared.run(pass, 0, 1), Status::Ok);
     }
-    assert_eq!(shared.run(3, 0, 0), Status::InvalidArgument);
+    assert_eq!(shared.run(WIS_ENVIRONMENT_PASSES, 0, 0), Status::InvalidArgument);
     assert_eq!(finish(), Status::Ok);
     let expected = build(&config);
     assert!(memory.bytes()[..expected.len()] == expected);
@@ -631,7 +655,7 @@ fn changed_configurations() {
     let size = size(&config);
     let mut scratch = Memory::new(2 * size.scratch_bytes, 0);
     let mut memory = Memory::new(2 * size.bytes, 0);
-    let mut items = [0; 3];
+    let mut items = [0; WIS_ENVIRONMENT_PASSES as usize];
     let work = scratch.pointer();
     // SAFETY: all pointers are valid.
     let begun = unsafe { wis_environment_begin(&config, work, size.scratch_bytes, &mut items, null_mut()) };

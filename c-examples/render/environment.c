@@ -1,4 +1,4 @@
-/* Building the environment: begin says how many items each of its three passes has, threads share the items. */
+/* Building the environment: begin says how many items each of its passes has, threads share the items. */
 #include "environment.h"
 
 #include <stdlib.h>
@@ -6,13 +6,12 @@
 #include "parallel.h"
 
 #define ITEMS_PER_JOB 16u
-#define PASSES 3u
 
 typedef struct Build {
     wis_environment_config config;
     wis_memory_size size;
     void *memory, *scratch;
-    uint32_t items[PASSES];
+    uint32_t items[WIS_ENVIRONMENT_PASSES];
     uint32_t pass;
 } Build;
 
@@ -31,13 +30,16 @@ static wis_environment_config describe(const Light *light, uint32_t flags) {
     return config;
 }
 
+/* Items of the last pass are few and long. */
+static uint32_t items_per_job(const Build *b) { return b->pass + 1 < WIS_ENVIRONMENT_PASSES ? ITEMS_PER_JOB : 1; }
+
 static wis_status run_items(void *shared, unsigned worker, size_t job) {
     Build *b = shared;
-    uint32_t first = (uint32_t)job * ITEMS_PER_JOB;
+    uint32_t first = (uint32_t)job * items_per_job(b);
     uint32_t left = b->items[b->pass] - first;
-    uint32_t count = left < ITEMS_PER_JOB ? left : ITEMS_PER_JOB;
-    /* Only the last pass writes the environment itself. */
-    bool writes = b->pass == PASSES - 1;
+    uint32_t count = left < items_per_job(b) ? left : items_per_job(b);
+    /* From the third pass on the environment itself is used. */
+    bool writes = b->pass >= 2;
     (void)worker;
     return wis_environment_run(&b->config, writes ? b->memory : NULL, writes ? b->size.bytes : 0, b->scratch,
                                b->size.scratch_bytes, b->pass, first, count, NULL);
@@ -45,8 +47,8 @@ static wis_status run_items(void *shared, unsigned worker, size_t job) {
 
 static wis_status build_in(Build *b, const wis_environment **handle, unsigned threads) {
     wis_status status = wis_environment_begin(&b->config, b->scratch, b->size.scratch_bytes, b->items, NULL);
-    for (b->pass = 0; b->pass < PASSES && status == WIS_OK; b->pass++) {
-        size_t jobs = (b->items[b->pass] + ITEMS_PER_JOB - 1) / ITEMS_PER_JOB;
+    for (b->pass = 0; b->pass < WIS_ENVIRONMENT_PASSES && status == WIS_OK; b->pass++) {
+        size_t jobs = (b->items[b->pass] + items_per_job(b) - 1) / items_per_job(b);
         status = parallel_for(threads, jobs, run_items, b);
     }
     if (status == WIS_OK) {

@@ -8,6 +8,8 @@ const TEXELS: [usize; 4] = [512, 2048, 8192, 32768];
 const COUNTS: [usize; 4] = [64, 256, 1024, 4096];
 /// Texels of whole builds, whose 128 cells are most of the work of small ones.
 const BUILDS: [usize; 3] = [2048, 32768, 131072];
+/// Texels of maps that have as many strata as there can be.
+const DETAILED: [usize; 2] = [131_072, 524_288];
 const LOBES: [usize; 2] = [1, 4];
 
 pub fn constant(_: f64) -> f64 {
@@ -87,25 +89,28 @@ fn environments(w: &mut World) {
         vec![("config", w.of("wis_environment_config", &map))]
     });
     w.at_most("wis_environment_begin", "rows^2", &TEXELS, f64::sqrt, |w, n| vec![("config", config(w, n))]);
-    for (pass, input) in [(0, "texels, pass 0"), (1, "texels, pass 1"), (2, "texels, pass 2")] {
-        w.at_most("wis_environment_run", input, &TEXELS[1..], linear, |w, n| {
+    let passes =
+        ["texels, pass 0", "texels, pass 1", "texels, pass 2", "texels, pass 3", "texels, pass 4", "texels, pass 5"];
+    for (pass, input) in (0..).zip(passes) {
+        let sizes = if pass < 3 { &TEXELS[1..] } else { &DETAILED };
+        w.at_most("wis_environment_run", input, sizes, linear, |w, n| {
             let (build, items) = begun(w, n, pass);
             [build, vec![("pass", f64::from(pass)), ("first", 0.0), ("count", items[pass as usize])]].concat()
         });
     }
-    w.at_most("wis_environment_finish", "texels", &BUILDS, linear, |w, n| begun(w, n, 3).0);
+    w.at_most("wis_environment_finish", "texels", &BUILDS, linear, |w, n| begun(w, n, 6).0);
 }
 
 /// A build whose first passes are done, and the items of each pass.
-fn begun<'a>(w: &mut World, texels: usize, passes: u32) -> (Values<'a>, [f64; 3]) {
+fn begun<'a>(w: &mut World, texels: usize, passes: u32) -> (Values<'a>, [f64; 6]) {
     let config = config(w, texels);
     w.call("wis_environment_size", &vec![("config", config)]);
     let [bytes, scratch_bytes] = w.sizes;
-    let (memory, scratch, items) = (w.room(bytes), w.room(scratch_bytes), w.integers(&[0; 3]));
+    let (memory, scratch, items) = (w.room(bytes), w.room(scratch_bytes), w.integers(&[0; 6]));
     let work = vec![("config", config), ("scratch", scratch), ("scratch_bytes", scratch_bytes as f64)];
     w.call("wis_environment_begin", &[work.clone(), vec![("items", items)]].concat());
-    // SAFETY: three integers.
-    let items = unsafe { *(items as usize as *const [u32; 3]) }.map(f64::from);
+    // SAFETY: six integers.
+    let items = unsafe { *(items as usize as *const [u32; 6]) }.map(f64::from);
     let build = [work, vec![("memory", memory), ("bytes", bytes as f64)]].concat();
     for pass in 0..passes {
         let of_pass = vec![("pass", f64::from(pass)), ("first", 0.0), ("count", items[pass as usize])];

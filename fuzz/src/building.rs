@@ -12,7 +12,7 @@ pub struct Build {
     texels: usize,
     memory: Vec<u8>,
     scratch: Vec<u8>,
-    items: [u32; 3],
+    items: [u32; 6],
     /// The pass, and its items that are done.
     pass: usize,
     done: u32,
@@ -24,8 +24,8 @@ const MOST: usize = 4;
 /// The configuration of a build that is under way, for the calls that go on with one.
 pub fn config(case: &mut Case) -> Option<Vec<u8>> {
     let wanted: fn(&Build) -> bool = match case.function.name.as_str() {
-        "wis_environment_run" => |build: &Build| build.pass < 3,
-        "wis_environment_finish" => |build: &Build| build.pass == 3,
+        "wis_environment_run" => |build: &Build| build.pass < 6,
+        "wis_environment_finish" => |build: &Build| build.pass == 6,
         _ => return None,
     };
     let builds = &case.world.builds;
@@ -84,7 +84,7 @@ pub fn left(case: &Case) -> Vec<Left> {
     match case.function.name.as_str() {
         "wis_environment_begin" => {
             let items = case.bytes_of("items").unwrap_or_default();
-            let items = [0, 4, 8].map(|at| u32::from_le_bytes(items[at..at + 4].try_into().expect("four")));
+            let items = [0, 4, 8, 12, 16, 20].map(|at| u32::from_le_bytes(items[at..at + 4].try_into().expect("four")));
             let config = case.bytes_of("config").unwrap_or_default().to_vec();
             let bytes = case.query("wis_environment_size").map_or(0, |[bytes, _]| bytes.min(1 << 19));
             let (memory, scratch) = (vec![0xa5; bytes], scratch());

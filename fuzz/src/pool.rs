@@ -2,8 +2,8 @@
 
 use crate::memory::{CAPACITY, Memory, Place};
 use crate::random::Random;
+use wis::blob::{CHECKSUM, checksum};
 use wis::numeric::ContentHash;
-use wis::object::{CHECKSUM, checksum};
 
 /// An object for the arguments of later calls.
 #[derive(Clone, Copy, Debug)]

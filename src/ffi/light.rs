@@ -8,12 +8,12 @@ pub use config::*;
 
 use super::memory::{handle, stored_or};
 use super::{Checked, Diagnostic, MemorySize, answer, frame, out, put, put_size, sized};
+#[cfg(feature = "products")]
+use crate::blob::Blob;
 use crate::light::build::PASSES;
 use crate::light::environment::{Environment, Header, turn};
 #[cfg(feature = "products")]
 use crate::light::tables::Light;
-#[cfg(feature = "products")]
-use crate::simd::Blob;
 use crate::status::{Error, Status};
 use build::Build;
 use core::ffi::c_void;
@@ -112,19 +112,18 @@ pub unsafe extern "C" fn wis_environment_init(
     })
 }
 
-/// Begins a build that threads share. `items` receives the number of items of each of three passes: rows of texels; cells, whose
-/// tables are chosen; cells, whose tables are written. Hand all items of a pass to wis_environment_run, in any portions, on any
-/// threads, before those of the next pass; then call wis_environment_finish. The bytes are those
-/// of wis_environment_init. Work: rows.
+/// Begins a build that threads share. `items` receives the number of items of each of WIS_ENVIRONMENT_PASSES passes. Hand all items of
+/// a pass to wis_environment_run, in any portions, on any threads, before those of the next pass; then call wis_environment_finish. The
+/// bytes are those of wis_environment_init. Work: rows.
 ///
 /// # Safety
-/// Pointers are null or point to what the header says; `items` to three numbers; nobody else uses the scratch block.
+/// Pointers are null or point to what the header says; `items` to WIS_ENVIRONMENT_PASSES numbers; nobody else uses the scratch block.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wis_environment_begin(
     config: *const LightConfig,
     scratch: *mut c_void,
     scratch_bytes: usize,
-    items: *mut [u32; 3],
+    items: *mut [u32; 6],
     diagnostic: *mut Diagnostic,
 ) -> Status {
     // SAFETY: the caller's contract.
@@ -137,9 +136,9 @@ pub unsafe extern "C" fn wis_environment_begin(
 }
 
 /// Works on `count` items of a pass, from item `first` on. Threads may call this at once for different items. `config`: that of
-/// wis_environment_begin. `memory`: used by pass 2 only, null before; the same block in all calls of pass 2 and in
+/// wis_environment_begin. `memory`: used from pass 2 on, null before; the same block in all calls from then on and in
 /// wis_environment_finish. If it is too short, the diagnostic tells the bytes that are needed, and pass 2 may be run again.
-/// `pass`: 0, 1 or 2. WIS_MISMATCH if an earlier pass is not done. Work: texels of the items.
+/// `pass`: 0 to WIS_ENVIRONMENT_PASSES - 1. WIS_MISMATCH if an earlier pass is not done. Work: texels of the items.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; no other thread works on the same items.
@@ -171,9 +170,7 @@ pub unsafe extern "C" fn wis_environment_run(
     })
 }
 
-/// Ends a build whose three passes are done (WIS_MISMATCH before). `memory`: the block of pass 2. `environment` receives the
-/// handle. It builds the strata, on this thread: for a map of 1024 x 512, 5 ms under a smooth sky and 30 ms under many lamps.
-/// Work: texels.
+/// Ends a build whose passes are done (WIS_MISMATCH before). `memory`: that of pass 2. `environment` receives the handle. Work: texels.
 ///
 /// # Safety
 /// As wis_environment_init; no thread is still at work on the build.

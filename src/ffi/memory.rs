@@ -1,8 +1,8 @@
-//! The client's memory: arrays; objects that say in a header how long they are, to write, to open, and behind a handle; and
-//! blocks in which threads work together. Whatever is written is written through what this file lends.
+//! The client's memory: arrays; and objects that say in a header how long they are, to write, to open, and behind a handle. Blocks in
+//! which threads work together are [`crate::blob::Shared`].
 
 use super::{Checked, WIS_ALIGNMENT, borrow, pointer};
-use crate::object::{Magic, Part};
+use crate::blob::{Magic, check_block};
 use crate::status::{Error, Status};
 use core::ffi::c_void;
 use core::slice as parts;
@@ -38,16 +38,6 @@ fn check_bytes<T>(count: usize, argument: u32) -> Checked<()> {
         Some(bytes) if bytes <= isize::MAX as usize => Ok(()),
         _ => Err(Error::new(Status::Overflow, argument)),
     }
-}
-
-pub(crate) fn check_block(start: *const u8, bytes: usize, needed: usize, argument: u32) -> Checked<()> {
-    if start.is_null() {
-        return Err(Error::new(Status::NullPointer, argument));
-    }
-    if start.addr() % WIS_ALIGNMENT != 0 {
-        return Err(Error::new(Status::Misaligned, argument));
-    }
-    if bytes < needed { Err(Error::too_small(argument, needed)) } else { Ok(()) }
 }
 
 /// The first bytes of a block, to write.
@@ -115,91 +105,4 @@ pub(crate) unsafe fn handle<'a, H>(
     let length = length(unsafe { header(start, argument)? }).ok_or(Error::new(Status::Mismatch, argument))?;
     // SAFETY: an object of this version is as long as its header says.
     Ok(unsafe { parts::from_raw_parts(start, length) })
-}
-
-/// Memory of an object that calls read, maybe many at once: it gives `&` and never `&mut`.
-#[derive(Clone, Copy)]
-pub(crate) struct SharedBlock {
-    start: *const u8,
-    bytes: usize,
-}
-
-impl SharedBlock {
-    /// Checks a block that must hold `needed` bytes.
-    pub(crate) fn new(start: *const u8, bytes: usize, needed: usize, argument: u32) -> Checked<SharedBlock> {
-        check_block(start, bytes, needed, argument)?;
-        Ok(SharedBlock { start, bytes: needed })
-    }
-
-    /// Elements `first..first + count` of an array; none if they do not fit.
-    ///
-    /// # Safety
-    /// The bytes of the block are readable, and nobody writes these elements while the result lives, but for atomic ones.
-    #[inline(always)]
-    pub(crate) unsafe fn part<'a, T>(&self, array: Part, first: usize, count: usize) -> &'a [T] {
-        if !holds::<T>(self.bytes, array, first, count) {
-            return &[];
-        }
-        // SAFETY: inside the block and aligned, by `holds`; the rest is this function's contract.
-        unsafe { parts::from_raw_parts(self.start.add(array.offset).cast::<T>().add(first), count) }
-    }
-
-    /// A whole array.
-    ///
-    /// # Safety
-    /// As [`SharedBlock::part`].
-    pub(crate) unsafe fn all<'a, T>(&self, array: Part) -> &'a [T] {
-        // SAFETY: the caller's contract.
-        unsafe { self.part(array, 0, array.count) }
-    }
-}
-
-/// Memory in which threads build together: each writes elements of its own, and all read what is finished.
-pub(crate) struct DividedBlock {
-    start: *mut u8,
-    bytes: usize,
-}
-
-impl DividedBlock {
-    /// Checks a block that must hold `needed` bytes.
-    pub(crate) fn new(start: *mut u8, bytes: usize, needed: usize, argument: u32) -> Checked<DividedBlock> {
-        check_block(start, bytes, needed, argument)?;
-        Ok(DividedBlock { start, bytes: needed })
-    }
-
-    /// To read what no thread writes any more.
-    pub(crate) fn finished(&self) -> SharedBlock {
-        SharedBlock { start: self.start, bytes: self.bytes }
-    }
-
-    /// Elements that are this thread's alone; none if they do not fit.
-    ///
-    /// # Safety
-    /// The bytes of the block are writable, and no other slice of them that lives as long, of any thread, has an element in
-    /// common with this one.
-    #[inline(always)]
-    pub(crate) unsafe fn part<'a, T>(&self, array: Part, first: usize, count: usize) -> &'a mut [T] {
-        if !holds::<T>(self.bytes, array, first, count) {
-            return &mut [];
-        }
-        // SAFETY: inside the block and aligned, by `holds`; the rest is this function's contract.
-        unsafe { parts::from_raw_parts_mut(self.start.add(array.offset).cast::<T>().add(first), count) }
-    }
-
-    /// A whole array, when no other thread is at work on it.
-    ///
-    /// # Safety
-    /// As [`DividedBlock::part`].
-    pub(crate) unsafe fn all<'a, T>(&self, array: Part) -> &'a mut [T] {
-        // SAFETY: the caller's contract.
-        unsafe { self.part(array, 0, array.count) }
-    }
-}
-
-/// Whether elements `first..first + count` of an array of `T` lie inside a block, which is aligned to WIS_ALIGNMENT, and are
-/// aligned.
-#[inline(always)]
-fn holds<T>(bytes: usize, array: Part, first: usize, count: usize) -> bool {
-    let end = first.checked_add(count).and_then(|n| n.checked_mul(size_of::<T>())?.checked_add(array.offset));
-    end.is_some_and(|end| end <= bytes) && array.offset % align_of::<T>() == 0
 }

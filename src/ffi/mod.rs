@@ -1,4 +1,4 @@
-//! The C boundary: checks, casts and forwards. With the vector module it is the only place with `unsafe`.
+//! The C boundary: checks, casts and forwards. With the vector module and `blob` it is the only place with `unsafe`.
 //!
 //! Every pointer that comes in is checked for null and alignment, every size and selector for its range; what
 //! cannot be checked (that a block is as long as the caller says) is the contract that the header states.
@@ -28,11 +28,12 @@ pub mod wavelets;
 
 mod control;
 
-use crate::object::Size;
+use crate::blob::Size;
+pub(crate) use crate::blob::check_block;
 use crate::status::{Error, Status};
 use control::FloatControl;
 use core::ffi::{CStr, c_char};
-pub(crate) use memory::{check_block, slice, slice_mut};
+pub(crate) use memory::{slice, slice_mut};
 
 /// The version of the library and of every stored object: major * 65536 + minor * 256 + patch.
 pub const WIS_VERSION: u32 = 0x000300;

@@ -2,7 +2,7 @@
 
 use super::strided::Strided;
 use super::{Diagnostic, MemorySize, answer, check_block, out, put_size, sized, slice_mut};
-use crate::object::Size;
+use crate::blob::Size;
 use crate::pool::{self, MAX_CANDIDATES, Pick};
 use crate::status::{Error, Status};
 use core::ffi::c_void;

@@ -5,8 +5,8 @@ use super::material::{PointData, point as read_point};
 use super::memory::{handle, stored_or};
 use super::sampler::{SamplerObject, with_level};
 use super::{Checked, Diagnostic, MemorySize, answer, check_block, out, put, put_size, sized, slice_mut};
+use crate::blob::{self, Size};
 use crate::light::environment::Environment;
-use crate::object::{self, Size};
 use crate::product::check;
 use crate::product::density::Shaded;
 pub use crate::product::info::GridInfo;
@@ -135,7 +135,7 @@ fn write_offsets(memory: &[u8], offsets: &mut [usize]) {
     let mut at = 0;
     for offset in offsets {
         *offset = at;
-        let header = memory.get(at..).and_then(object::header::<Header>);
+        let header = memory.get(at..).and_then(blob::header::<Header>);
         at += header.map_or(0, |header| header.bytes as usize);
     }
 }

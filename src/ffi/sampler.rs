@@ -4,8 +4,8 @@ use super::{
     Checked, Diagnostic, MemorySize, WIS_ALIGNMENT, answer, check_block, memory, out, put_size, require, sized,
     slice_mut,
 };
+use crate::blob::Size;
 use crate::direct::sampler::{Config, MAX_PER_RAY, MAX_RAYS, Sampler};
-use crate::object::Size;
 use crate::simd::Level;
 use crate::status::{Error, Status};
 use core::ffi::c_void;

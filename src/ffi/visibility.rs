@@ -1,10 +1,10 @@
 //! The visibility cache in C: what rays of earlier passes saw from places of the scene.
 
 use super::material::PointData;
-use super::memory::{DividedBlock, SharedBlock, block_mut, header};
+use super::memory::{block_mut, header};
 use super::strided::Strided;
 use super::{Checked, Diagnostic, MemorySize, answer, borrow, out, put_size, sized, slice};
-use crate::object::Size;
+use crate::blob::{Divided, Shared, Size};
 use crate::sphere::unit;
 use crate::status::{Error, Status};
 use crate::visibility::{Arrays, Factors, Header, UNKNOWN, VisibilityCache, end_pass, key};
@@ -56,11 +56,11 @@ pub unsafe extern "C" fn wis_visibility_cache_init(
     // SAFETY: the caller's contract; zeros are counts.
     answer(diagnostic, || unsafe {
         let arrays = checked(places)?;
-        let block = DividedBlock::new(memory.cast(), bytes, arrays.bytes, 2)?;
+        let block = Divided::new(memory.cast(), bytes, arrays.bytes, 2)?;
         let handle = out(cache, 4)?;
         block_mut(memory, bytes, arrays.bytes, 2)?.fill(0);
-        block.all(arrays.header).fill(Header::new(places));
-        block.all::<Factors>(arrays.factors).fill(UNKNOWN);
+        block.all_mut(arrays.header).fill(Header::new(places));
+        block.all_mut::<Factors>(arrays.factors).fill(UNKNOWN);
         handle.write(memory.cast());
         Ok(())
     })
@@ -84,7 +84,7 @@ pub(super) unsafe fn cache<'a>(cache: *const VisibilityCacheObject, argument: u3
     // SAFETY: the caller's contract. Counts are atomic, so that others may add to them meanwhile.
     unsafe {
         let arrays = arrays(cache, argument)?;
-        let block = SharedBlock::new(cache.cast(), arrays.bytes, arrays.bytes, argument)?;
+        let block = Shared::new(cache.cast(), arrays.bytes, arrays.bytes, argument)?;
         Ok(VisibilityCache { counts: block.all(arrays.counts), factors: block.all(arrays.factors) })
     }
 }
@@ -156,8 +156,8 @@ pub unsafe extern "C" fn wis_visibility_cache_end_pass(cache: *mut VisibilityCac
     // SAFETY: the caller's contract; counts and factors have no byte in common.
     answer(null_mut(), || unsafe {
         let arrays = arrays(cache, 1)?;
-        let block = DividedBlock::new(cache.cast(), arrays.bytes, arrays.bytes, 1)?;
-        end_pass(block.finished().all(arrays.counts), block.all(arrays.factors));
+        let block = Divided::new(cache.cast(), arrays.bytes, arrays.bytes, 1)?;
+        end_pass(block.all(arrays.counts), block.all_mut(arrays.factors));
         Ok(())
     })
 }

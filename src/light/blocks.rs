@@ -4,21 +4,23 @@ use super::plan::{Filter, Plan};
 use super::search::{Words, stored_cell, variance16, words16, write_table};
 use super::tables::{BLOCK, Block, Cell, decode, encode, line_words, row_words};
 use super::texels::{Corners, PatchValues, Texels, Tile};
+use bytemuck::{Pod, Zeroable};
 
 /// No corner of a coarse grid is darker than this share of the brightest one.
 const DARKEST_COARSE: f32 = 1.0 / 1024.0;
 
 /// How much of each table a cell takes.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
 pub struct Lengths {
     /// In-cell starts.
-    pub starts: usize,
+    pub starts: u64,
     /// Blocks.
-    pub blocks: usize,
+    pub blocks: u64,
     /// Words of row starts and lines.
-    pub words: usize,
+    pub words: u64,
     /// Groups of words of the texel map's tiles.
-    pub groups: usize,
+    pub groups: u64,
 }
 
 impl Lengths {
@@ -33,9 +35,23 @@ impl Lengths {
     }
 
     /// Bytes of all.
-    pub fn bytes(self) -> usize {
-        4 * self.starts + size_of::<Block>() * self.blocks + 2 * self.words
+    pub fn bytes(self) -> u64 {
+        4 * self.starts + size_of::<Block>() as u64 * self.blocks + 2 * self.words
     }
+}
+
+/// A cell while it is built.
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct CellWork {
+    /// How often its blocks are doubled.
+    pub level: u64,
+    /// What it takes of each table.
+    pub lengths: Lengths,
+    /// Its light.
+    pub light: f64,
+    /// The variance that coarser grids add, times the light.
+    pub variance: f64,
 }
 
 /// The steps of a block's grid along columns and rows: a cell of the grid is 2^step patches wide.
@@ -66,6 +82,18 @@ impl CellBlocks {
         [0, 1].map(|k: usize| self.patches[k].div_ceil(1 << self.side[k]))
     }
 
+    /// What is stored of it, but for its probability and where its tables are.
+    pub fn record(&self) -> Cell {
+        Cell {
+            origin: self.origin.map(|n| n as u16),
+            patches: self.patches.map(|n| n as u16),
+            blocks: self.blocks().map(|n| n as u16),
+            side: self.side.map(|n| n as u8),
+            face: self.face as u8,
+            ..Cell::default()
+        }
+    }
+
     /// The number of blocks.
     pub fn count(&self) -> usize {
         let [columns, rows] = self.blocks();
@@ -93,7 +121,7 @@ impl CellBlocks {
                 words += count_x * count_y * block_words(plan, [grid_x, grid_y]).iter().sum::<usize>();
             }
         }
-        cell_lengths([columns, rows]).plus(Lengths { words, ..Lengths::default() })
+        cell_lengths([columns, rows]).plus(Lengths { words: words as u64, ..Lengths::default() })
     }
 
     /// What the blocks take with these steps.
@@ -101,7 +129,8 @@ impl CellBlocks {
         let [columns, rows] = self.blocks().map(|n| n as usize);
         (0..self.count()).fold(cell_lengths([columns, rows]), |sum, number| {
             let grid = self.tile(number, steps(number)).grid.map(|n| n as usize);
-            sum.plus(Lengths { words: block_words(plan, grid).iter().sum(), ..Lengths::default() })
+            let words = block_words(plan, grid).iter().sum::<usize>() as u64;
+            sum.plus(Lengths { words, ..Lengths::default() })
         })
     }
 }
@@ -112,7 +141,7 @@ pub const SINGLE: [f32; 4] = [0.0, 1.0, 0.0, 1.0];
 /// Of each table what a cell with so many columns and rows of blocks takes besides its blocks.
 fn cell_lengths([columns, rows]: [usize; 2]) -> Lengths {
     let starts = if rows * columns == 1 { 0 } else { rows + 1 + rows * (columns + 1) };
-    Lengths { starts, blocks: rows * columns, ..Lengths::default() }
+    Lengths { starts: starts as u64, blocks: (rows * columns) as u64, ..Lengths::default() }
 }
 
 /// The words of a block: of its row starts, and of its lines.
@@ -170,7 +199,7 @@ pub fn write_cell(texels: &Texels<'_>, index: u32, level: u32, steps: &[Steps], 
     let CellTables { offset, starts, blocks, mut words, light } = tables;
     // The room is for the blocks before they are doubled.
     let light = light.get_mut(..cell.count()).unwrap_or_default();
-    let mut at = offset.words;
+    let mut at = offset.words as u32;
     words.fill(0);
     for (((number, block), light), &steps) in (0..cell.count()).zip(blocks.iter_mut()).zip(light.iter_mut()).zip(steps)
     {
@@ -182,28 +211,18 @@ pub fn write_cell(texels: &Texels<'_>, index: u32, level: u32, steps: &[Steps], 
         let (of_block, brightest, to_ends) = write_block(texels, &tile, rows, lines);
         *light = of_block;
         *block = Block {
-            rows: at as u32,
+            rows: at,
             brightest,
             share: 0.0,
             grid: tile.grid.map(|n| n as u8),
             steps: steps[0] | steps[1] << 4,
             to_ends: u8::from(to_ends),
         };
-        at += row_words + line_words;
+        at += (row_words + line_words) as u32;
     }
     let total = write_cell_starts(&cell, light, starts, blocks);
-    let written = Cell {
-        origin: cell.origin.map(|n| n as u16),
-        patches: cell.patches.map(|n| n as u16),
-        blocks: cell.blocks().map(|n| n as u16),
-        side: cell.side.map(|n| n as u8),
-        face: cell.face as u8,
-        reserved: 0,
-        starts: if cell.count() == 1 { 0 } else { offset.starts as u32 },
-        first: offset.blocks as u32,
-        probability: 0.0,
-    };
-    (written, total)
+    let starts = if cell.count() == 1 { 0 } else { offset.starts as u32 };
+    (Cell { starts, first: offset.blocks as u32, ..cell.record() }, total)
 }
 
 fn write_cell_starts(cell_blocks: &CellBlocks, light: &mut [f64], starts: &mut [f32], blocks: &mut [Block]) -> f64 {
@@ -314,9 +333,4 @@ fn put_inner(out: &mut [u16], words: &Words, count: usize) {
     for (out, &word) in out.iter_mut().zip(words.iter().skip(1)).take(count.saturating_sub(1)) {
         *out = word;
     }
-}
-
-/// The least a stored corner above 0 can be, of the brightest: what [`encode`] leaves.
-pub fn darkest_corner() -> f32 {
-    decode(1) / decode(encode(1.0))
 }

@@ -4,7 +4,7 @@
 //! is the map's own bilinear light, q what the grid stores. Between the nodes of the map both are bilinear, so the largest w
 //! lies at a node, and the error w - 1 is integrated as the bilinear function of its nodes.
 
-use super::blocks::{CellBlocks, Lengths, Steps, parts, stored_corners};
+use super::blocks::{CellBlocks, CellWork, Steps, parts, stored_corners};
 use super::chart::Layout;
 use super::plan::Filter;
 use super::tables::BLOCK;
@@ -15,27 +15,16 @@ use super::texels::{Corners, Texels, Tile};
 const LARGEST: f32 = 8.0;
 const LARGEST_AT_LEAST: f32 = 1.0 / 3.0;
 
-/// What the budget makes of a cell.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Choice {
-    /// How often its blocks are doubled.
-    pub level: u32,
-    /// What it takes.
-    pub lengths: Lengths,
-    /// The variance that coarser grids add, times the light.
-    pub variance: f64,
-}
-
 /// Chooses the level and the grids of a cell; `steps` has room for those of its blocks at level 0.
 ///
 /// Blocks are doubled as long as that saves memory, each with the finest of the grids that it replaces, or with a coarser one
 /// if those were single cells along an axis.
-pub fn choose(texels: &Texels<'_>, index: u32, steps: &mut [Steps]) -> Choice {
+pub fn choose(texels: &Texels<'_>, index: u32, steps: &mut [Steps]) -> CellWork {
     let plan = texels.plan;
     let mut cell = CellBlocks::new(plan, index, 0);
     if !(plan.of.budget > 0.0) {
         steps.fill([0, 0]);
-        return Choice { lengths: cell.full(plan), ..Choice::default() };
+        return CellWork { lengths: cell.full(plan), ..CellWork::default() };
     }
     for (number, out) in (0..cell.count()).zip(steps.iter_mut()) {
         *out = coarsest(texels, &cell, number, [0, 0]);
@@ -43,7 +32,7 @@ pub fn choose(texels: &Texels<'_>, index: u32, steps: &mut [Steps]) -> Choice {
     let lengths = |cell: &CellBlocks, steps: &[Steps]| {
         cell.lengths(plan, |number| steps.get(number).copied().unwrap_or_default())
     };
-    let mut choice = Choice { level: 0, lengths: lengths(&cell, steps), variance: 0.0 };
+    let mut choice = CellWork { lengths: lengths(&cell, steps), ..CellWork::default() };
     for level in 1..=plan.levels(cell.patches) {
         let doubled = CellBlocks::new(plan, index, level);
         let finest = |number: usize| finest_below(&cell, &doubled, number, steps);
@@ -64,7 +53,7 @@ pub fn choose(texels: &Texels<'_>, index: u32, steps: &mut [Steps]) -> Choice {
             }
         }
         cell = doubled;
-        choice = Choice { level, lengths: lengths(&cell, steps), variance: 0.0 };
+        choice = CellWork { level: level.into(), lengths: lengths(&cell, steps), ..CellWork::default() };
     }
     choice.variance = variance(texels, &cell, steps);
     choice

@@ -20,6 +20,9 @@ pub enum Layout {
     Octahedral,
 }
 
+/// All of them, by their numbers.
+pub const LAYOUTS: [Layout; 3] = [Layout::LatLong, Layout::Cube, Layout::Octahedral];
+
 impl Layout {
     /// Whether a map may have these sides.
     pub fn fits(self, width: u32, height: u32) -> bool {
@@ -47,6 +50,11 @@ impl Axis {
     #[inline(always)]
     pub fn edge<F: Num>(&self, k: F) -> F {
         (k - F::splat(self.shift)).max(F::splat(0.0)).min(F::splat(self.length))
+    }
+
+    /// The same in f64.
+    pub fn edge_f64(&self, k: u32) -> f64 {
+        (f64::from(k) - f64::from(self.shift)).max(0.0).min(f64::from(self.length))
     }
 
     /// The patch that holds a position in [0, length].

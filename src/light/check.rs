@@ -1,16 +1,14 @@
 //! Whether bytes hold an environment that every call can use: what is opened need not be what was written.
 
+use super::blocks::CellBlocks;
 use super::environment::Environment;
 use super::plan::Plan;
 use super::search::stored_cell;
-use super::tables::{Light, line_words};
+use super::tables::{Cell, Light, line_words};
 
 /// Whether header, hash, positions and tables are all sound.
 pub fn is_sound(environment: &Environment<'_>) -> bool {
-    if !environment.header_is_sound() {
-        return false;
-    }
-    let Ok(plan) = Plan::new(&environment.description()) else { return false };
+    let Some(plan) = environment.sound_plan() else { return false };
     let light = environment.light();
     let rays = super::map::is_sound(&plan, &light) && super::strata::are_sound(&light);
     if !rays || plan.of.rays_only {
@@ -43,16 +41,14 @@ fn tables_are_sound(tables: &[f32], [columns, rows]: [usize; 2]) -> bool {
 
 fn cell_is_sound(plan: &Plan, light: &Light<'_>, index: u32) -> bool {
     let Some(c) = light.cells.get(index as usize) else { return false };
-    let (face, origin, patches) = plan.cell(index);
     let level = u32::from(c.side[0]).wrapping_sub(plan.side[0]);
-    let doubled =
-        level <= if light.exact { 0 } else { plan.levels(patches) } && plan.block_side(level) == c.side.map(u32::from);
-    let expected = [0, 1].map(|k: usize| patches[k].div_ceil(1 << (c.side[k] & 31)));
-    let fits = u32::from(c.face) == face
-        && c.origin.map(u32::from) == origin
-        && c.patches.map(u32::from) == patches
-        && c.reserved == 0;
-    if !fits || !doubled || c.blocks.map(u32::from) != expected || !(0.0..=1.0).contains(&c.probability) {
+    let (_, _, patches) = plan.cell(index);
+    if level > if light.exact { 0 } else { plan.levels(patches) } {
+        return false;
+    }
+    let blocks = CellBlocks::new(plan, index, level);
+    let expected = Cell { starts: c.starts, first: c.first, probability: c.probability, ..blocks.record() };
+    if *c != expected || !(0.0..=1.0).contains(&c.probability) {
         return false;
     }
     let [columns, rows] = c.blocks.map(usize::from);
@@ -62,22 +58,23 @@ fn cell_is_sound(plan: &Plan, light: &Light<'_>, index: u32) -> bool {
             let [top, bottom] = stored_cell(starts, row);
             (0..columns).all(|column| {
                 let [left, right] = stored_cell(starts, rows + 1 + row * (columns + 1) + column);
-                block_is_sound(light, index, [column, row], (bottom - top) * (right - left))
+                block_is_sound(
+                    light,
+                    &blocks,
+                    c.first as usize,
+                    row * columns + column,
+                    (bottom - top) * (right - left),
+                )
             })
         })
 }
 
-fn block_is_sound(light: &Light<'_>, index: u32, [column, row]: [usize; 2], share: f32) -> bool {
-    let Some(c) = light.cells.get(index as usize) else { return false };
-    let number = c.first as usize + row * usize::from(c.blocks[0]) + column;
-    let Some(block) = light.blocks.get(number) else { return false };
-    let at = [column as u32, row as u32];
-    let grid_fits = (0..2).all(|k| {
-        let begin = at[k] << c.side[k];
-        let patches = (u32::from(c.patches[k]).saturating_sub(begin)).min(1 << c.side[k]);
-        block.step(k) <= c.side[k]
-            && (!light.exact || block.step(k) == 0)
-            && patches.div_ceil(1 << block.step(k)) == u32::from(block.grid[k])
+fn block_is_sound(light: &Light<'_>, cell: &CellBlocks, first: usize, number: usize, share: f32) -> bool {
+    let Some(block) = light.blocks.get(first + number) else { return false };
+    let steps = [block.step(0), block.step(1)];
+    let grid = cell.tile(number, steps).grid;
+    let grid_fits = (0..2).all(|k: usize| {
+        u32::from(steps[k]) <= if light.exact { 0 } else { cell.side[k] } && grid[k] == u32::from(block.grid[k])
     });
     let [columns, rows] = block.grid.map(usize::from);
     let bright = (0.0..f32::INFINITY).contains(&block.brightest);

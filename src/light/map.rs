@@ -41,15 +41,15 @@ pub fn tile_count(plan: &Plan) -> usize {
 }
 
 /// Words of a map of one tile.
-fn whole_words(plan: &Plan) -> usize {
-    let corners = plan.chart.axes.map(|axis| axis.patches as usize + 1);
-    plan.chart.faces() as usize * corners[0] * corners[1]
+fn whole_words(plan: &Plan) -> u64 {
+    let corners = plan.chart.axes.map(|axis| u64::from(axis.patches) + 1);
+    u64::from(plan.chart.faces()) * corners[0] * corners[1]
 }
 
 /// The words of a map whose tiles take so many groups, with the zeros behind them.
-pub fn words(plan: &Plan, groups: usize) -> Option<usize> {
-    let words = if tile_side(plan) == WHOLE { whole_words(plan) } else { groups.checked_mul(GROUP)? };
-    words.checked_add(PAD)
+pub fn words(plan: &Plan, groups: u64) -> u64 {
+    let words = if tile_side(plan) == WHOLE { whole_words(plan) } else { groups.saturating_mul(GROUP as u64) };
+    words.saturating_add(PAD as u64)
 }
 
 /// Corners along a side of a tile.
@@ -82,16 +82,16 @@ pub fn tile_range(plan: &Plan, index: u32) -> (usize, usize) {
 }
 
 /// Groups of words of a cell's tiles at their finest.
-pub fn full_groups(plan: &Plan, index: u32) -> usize {
-    tiles_of(plan, index).count() * groups(0)
+pub fn full_groups(plan: &Plan, index: u32) -> u64 {
+    (tiles_of(plan, index).count() * groups(0)) as u64
 }
 
 /// Chooses the steps of a cell's tiles, and answers the groups of words that they take.
-pub fn choose(texels: &Texels<'_>, index: u32, steps: &mut [u8]) -> usize {
+pub fn choose(texels: &Texels<'_>, index: u32, steps: &mut [u8]) -> u64 {
     let tiles = tiles_of(texels.plan, index).zip(steps.iter_mut());
     tiles.fold(0, |sum, ((_, face, origin), step)| {
         *step = coarsest(texels, face, origin);
-        sum + groups(*step)
+        sum + groups(*step) as u64
     })
 }
 
@@ -122,9 +122,9 @@ pub struct Piece {
 }
 
 /// The pieces of a cell's part of the map; `first` group of words, and the steps of its tiles.
-pub fn pieces(plan: &Plan, index: u32, first: usize, steps: &[u8]) -> impl Iterator<Item = Piece> {
+pub fn pieces(plan: &Plan, index: u32, first: u64, steps: &[u8]) -> impl Iterator<Item = Piece> {
     let tiles = tiles_of(plan, index).zip(steps.iter().copied());
-    let mut at = first * GROUP;
+    let mut at = first as usize * GROUP;
     let tiles = tiles.map(move |((_, face, origin), step)| {
         let (start, columns) = (at, nodes(step));
         at += groups(step) * GROUP;

@@ -1,9 +1,11 @@
-//! The caller's pixels: their layout and format, and what becomes of texels that are NaN, infinite or negative.
+//! The caller's pixels: their format, rows of them as luminance, and what becomes of texels that are NaN, infinite or negative.
 
-pub use super::chart::Layout;
+use super::chart::Layout;
+use super::plan::Plan;
 use crate::numeric::LUMINANCE;
 use crate::status::{Error, Status};
 use bytemuck::{Pod, Zeroable};
+use core::f64::consts::PI;
 
 /// The number format of a channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,26 +26,45 @@ impl Format {
     }
 }
 
-/// What the texels of a map are.
+/// How the pixels are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pixels {
-    /// Which direction a texel stands for.
-    pub layout: Layout,
-    /// Texels in a row.
-    pub width: u32,
-    /// Rows; of a cube map all six faces.
-    pub height: u32,
     /// 1 (luminance), 3 (RGB) or 4 (RGB and an alpha that is ignored).
     pub channels: u32,
     /// The number format of a channel.
     pub format: Format,
+    /// Whether texels that are NaN or infinite are replaced instead of rejected.
+    pub sanitise: bool,
+    /// Whether negative channels count by their size instead of as 0.
+    pub absolute: bool,
 }
 
 impl Pixels {
-    /// Bytes of one row.
-    pub fn row_bytes(&self) -> Option<usize> {
-        let texel = (self.channels as usize).checked_mul(self.format.bytes())?;
-        texel.checked_mul(self.width as usize)
+    /// Bytes of a row of `width` texels.
+    pub fn row_bytes(&self, width: u32) -> Option<usize> {
+        (self.channels as usize).checked_mul(self.format.bytes())?.checked_mul(width as usize)
+    }
+
+    /// The colour of a texel.
+    pub fn colour(&self, texel: &[u8]) -> [f32; 3] {
+        let channel = |c: usize| match self.format {
+            Format::F32 => texel.get(4 * c..4 * c + 4).and_then(|b| b.try_into().ok()).map_or(0.0, f32::from_ne_bytes),
+            Format::F16 => {
+                texel.get(2 * c..2 * c + 2).and_then(|b| b.try_into().ok()).map_or(0.0, |b| half(u16::from_ne_bytes(b)))
+            }
+        };
+        if self.channels == 1 { [channel(0); 3] } else { [channel(0), channel(1), channel(2)] }
+    }
+
+    /// A colour as light: a negative channel is 0, or its size with `absolute`; with `sanitise` NaN is 0 and +Inf [`INFINITE`].
+    /// `None` without `sanitise` for what is not finite.
+    pub fn mended(&self, colour: [f32; 3]) -> Option<[f32; 3]> {
+        let light = |c: f32| match if self.absolute { c.abs() } else { c } {
+            f32::INFINITY => INFINITE,
+            c if c > 0.0 => c,
+            _ => 0.0,
+        };
+        (self.sanitise || colour.iter().all(|c| c.is_finite())).then(|| colour.map(light))
     }
 }
 
@@ -66,70 +87,127 @@ pub fn invalid(x: u32, y: u32) -> Error {
 /// What +Inf counts as: the largest half float, since suns overflow in maps of half floats.
 pub const INFINITE: f32 = 65_504.0;
 
-/// What a row held besides light.
-#[repr(C)]
+/// What a row holds besides its luminances.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
 pub struct RowSummary {
-    /// Texels that were negative, or sanitised.
+    /// Luminance times solid angle.
+    pub light: f64,
+    /// Solid angle of all.
+    pub angle: f64,
+    /// The largest luminance times solid angle of a texel.
+    pub brightest: f64,
+    /// Texels that were negative, or replaced.
     pub sanitised: u64,
 }
 
-/// Decodes one row into luminance and, if `rgb` is not empty, RGB.
+/// The solid angle of the texels of a row, but for a factor that all rows share: the first number; cube maps vary along the
+/// row, too: the second is the square of the row's distance from the middle of the face.
+fn row_angle(plan: &Plan, y: u32) -> (f64, f64) {
+    let height = plan.texels[1];
+    let row = f64::from(y % height.max(1));
+    match plan.of.layout {
+        Layout::LatLong => {
+            let spans = f64::from(height - u32::from(plan.of.rows_at_poles && height > 1));
+            let first = if plan.of.rows_at_poles { row - 0.5 } else { row };
+            let at = |row: f64| libm::cos(PI * row.max(0.0).min(spans) / spans);
+            ((at(first) - at(first + 1.0)) * 2.0 * PI / f64::from(plan.texels[0]), 0.0)
+        }
+        Layout::Cube => {
+            let side = f64::from(height);
+            let t = (2.0 * row + 1.0) / side - 1.0;
+            (4.0 / (side * side), t * t)
+        }
+        Layout::Octahedral => (4.0 * PI / (f64::from(height) * f64::from(height)), 0.0),
+    }
+}
+
+/// Decodes row `y` into luminance, and adds what it holds of each column of cells to `rgb`.
 ///
 /// # Errors
-/// The first texel that is NaN or infinite, unless `sanitise`.
+/// The first texel that is NaN or infinite, unless they are to be replaced.
 pub fn decode_row(
+    plan: &Plan,
     pixels: &Pixels,
     bytes: &[u8],
     y: u32,
-    sanitise: bool,
-    luminance: &mut [f64],
-    rgb: &mut [[f32; 3]],
-) -> core::result::Result<RowSummary, Error> {
-    let mut summary = RowSummary::default();
-    let texels = bytes.chunks_exact((pixels.channels as usize * pixels.format.bytes()).max(1));
-    let mut colours = rgb.iter_mut();
-    for ((x, texel), out) in (0u32..).zip(texels).zip(luminance.iter_mut()) {
-        let found = channels(pixels.format, pixels.channels, texel);
-        let colour = mended(found, sanitise, false).ok_or(invalid(x, y))?;
-        summary.sanitised += u64::from(colour != found);
-        *out = luminance_f64(colour);
-        if let Some(out) = colours.next() {
-            *out = colour;
+    luminance: &mut [f32],
+    rgb: &mut [[f64; 3]],
+) -> Result<RowSummary, Error> {
+    let size = pixels.channels as usize;
+    match (pixels.format, bytemuck::try_cast_slice::<u8, f32>(bytes)) {
+        (Format::F32, Ok(floats)) => match size {
+            1 => decode(plan, pixels, floats.iter().map(|&l| [l; 3]), y, luminance, rgb),
+            _ => decode(plan, pixels, floats.chunks_exact(size.max(1)).map(first_three), y, luminance, rgb),
+        },
+        (format, _) => {
+            let texels = bytes.chunks_exact((size * format.bytes()).max(1));
+            decode(plan, pixels, texels.map(|texel| pixels.colour(texel)), y, luminance, rgb)
         }
+    }
+}
+
+#[inline(always)]
+fn first_three(texel: &[f32]) -> [f32; 3] {
+    match *texel {
+        [r, g, b, ..] => [r, g, b],
+        _ => [0.0; 3],
+    }
+}
+
+#[inline(always)]
+fn decode(
+    plan: &Plan,
+    pixels: &Pixels,
+    colours: impl Iterator<Item = [f32; 3]>,
+    y: u32,
+    luminance: &mut [f32],
+    rgb: &mut [[f64; 3]],
+) -> Result<RowSummary, Error> {
+    let mut summary = RowSummary::default();
+    let width = luminance.len().max(1);
+    let (row_angle, from_middle) = row_angle(plan, y);
+    let cube = plan.of.layout == Layout::Cube;
+    let [red, green, blue] = LUMINANCE.map(|c| c as f32);
+    let luminance_of = |[r, g, b]: [f32; 3]| if r == g && g == b { r } else { red * r + green * g + blue * b };
+    let columns = rgb.len();
+    let mut texels = luminance.iter_mut().zip(colours).enumerate();
+    for (column, sum) in rgb.iter_mut().enumerate() {
+        let end = (column + 1) * width / columns.max(1);
+        let begin = column * width / columns.max(1);
+        let mut total = [0.0f64; 3];
+        for (x, (out, colour)) in texels.by_ref().take(end - begin) {
+            let angle = if cube {
+                let s = (2.0 * x as f64 + 1.0) / width as f64 - 1.0;
+                let squared = 1.0 + s * s + from_middle;
+                row_angle / (squared * libm::sqrt(squared))
+            } else {
+                row_angle
+            };
+            let [r, g, b] = colour;
+            let mut colour = colour;
+            let mut l = luminance_of(colour);
+            summary.angle += angle;
+            // Any NaN, infinite or negative channel, or a sum that overflows.
+            let fine = r >= 0.0 && g >= 0.0 && b >= 0.0 && l < f32::INFINITY;
+            if !fine {
+                let mended = pixels.mended(colour).ok_or(invalid(x as u32, y))?;
+                summary.sanitised += u64::from(mended != colour);
+                colour = mended;
+                // Rounding can carry the sum of three large channels beyond the largest float.
+                l = luminance_of(colour).min(f32::MAX);
+            }
+            *out = l;
+            let light = f64::from(l) * angle;
+            summary.light += light;
+            summary.brightest = summary.brightest.max(light);
+            for (total, c) in total.iter_mut().zip(colour) {
+                *total += f64::from(c) * angle;
+            }
+        }
+        *sum = total;
     }
     Ok(summary)
-}
-
-/// The luminance of a colour in f64; grey stays exactly what it is.
-pub fn luminance_f64(rgb: [f32; 3]) -> f64 {
-    let [r, g, b] = rgb;
-    if r == g && g == b {
-        return f64::from(r);
-    }
-    LUMINANCE[0] * f64::from(r) + LUMINANCE[1] * f64::from(g) + LUMINANCE[2] * f64::from(b)
-}
-
-/// The colour of a texel.
-pub(crate) fn channels(format: Format, count: u32, texel: &[u8]) -> [f32; 3] {
-    let channel = |c: usize| match format {
-        Format::F32 => texel.get(4 * c..4 * c + 4).and_then(|b| b.try_into().ok()).map_or(0.0, f32::from_ne_bytes),
-        Format::F16 => {
-            texel.get(2 * c..2 * c + 2).and_then(|b| b.try_into().ok()).map_or(0.0, |b| half(u16::from_ne_bytes(b)))
-        }
-    };
-    if count == 1 { [channel(0); 3] } else { [channel(0), channel(1), channel(2)] }
-}
-
-/// A colour as light: a negative channel is 0, or its size with `absolute`; with `sanitise` NaN is 0 and +Inf [`INFINITE`].
-/// `None` without `sanitise` for what is not finite.
-pub(crate) fn mended(colour: [f32; 3], sanitise: bool, absolute: bool) -> Option<[f32; 3]> {
-    let light = |c: f32| match if absolute { c.abs() } else { c } {
-        f32::INFINITY => INFINITE,
-        c if c > 0.0 => c,
-        _ => 0.0,
-    };
-    (sanitise || colour.iter().all(|c| c.is_finite())).then(|| colour.map(light))
 }
 
 /// A 16-bit float as f32, exactly.
@@ -143,29 +221,4 @@ fn half(bits: u16) -> f32 {
         _ => (exponent + 112) << 23 | fraction << 13,
     };
     f32::from_bits(sign | magnitude)
-}
-
-/// Checks sides and channels of a map.
-///
-/// # Errors
-/// [`Error`] names the field.
-pub fn check_map(layout: Layout, [width, height]: [u32; 2], channels: u32) -> core::result::Result<(), Error> {
-    Error::first([
-        (width > 0, c"width"),
-        (height > 0 && layout.fits(width, height), c"height"),
-        (matches!(channels, 1 | 3 | 4), c"channels"),
-    ])
-}
-
-/// Checks what the pixels claim to be.
-///
-/// # Errors
-/// [`Status::InvalidArgument`] for sizes of 0 or sides that do not fit the layout, [`Status::Overflow`] if the
-/// number of texels or bytes of a row overflows; with the field at fault.
-pub fn check(pixels: &Pixels) -> core::result::Result<(), Error> {
-    check_map(pixels.layout, [pixels.width, pixels.height], pixels.channels)?;
-    let overflow = |field| Error::new(Status::Overflow, 0).of(field);
-    pixels.row_bytes().filter(|&b| b <= isize::MAX as usize).ok_or(overflow(c"width"))?;
-    (pixels.width as usize).checked_mul(pixels.height as usize).ok_or(overflow(c"height"))?;
-    Ok(())
 }

@@ -1,7 +1,7 @@
 //! What a map becomes: its patches, its cells and its blocks, from sizes and filter alone.
 
 use super::chart::{Axis, Chart, Layout};
-use crate::status::{Result, Status};
+use crate::status::{Error, Status};
 
 /// The longest side of a map, in texels.
 pub const MAX_SIDE: u32 = 32768;
@@ -47,6 +47,40 @@ pub struct Description {
     pub budget: f32,
 }
 
+impl Description {
+    /// Of a map that is built without any of the switches.
+    pub const fn new(layout: Layout, [width, height]: [u32; 2], filter: Filter, budget: f32) -> Description {
+        Description {
+            layout,
+            width,
+            height,
+            filter,
+            rows_at_poles: false,
+            exact_zero: false,
+            compensated: false,
+            light_only: false,
+            rays_only: false,
+            budget,
+        }
+    }
+
+    fn switches(&mut self) -> [&mut bool; 5] {
+        let Description { rows_at_poles, exact_zero, compensated, light_only, rays_only, .. } = self;
+        [rows_at_poles, exact_zero, compensated, light_only, rays_only]
+    }
+
+    /// The same with the switches of these flags on, each with a bit of its own.
+    pub fn switched(mut self, flags: u32, bits: [u32; 5]) -> Description {
+        self.switches().into_iter().zip(bits).for_each(|(switch, bit)| *switch = flags & bit != 0);
+        self
+    }
+
+    /// The flags of the switches that are on.
+    pub fn flags(mut self, bits: [u32; 5]) -> u32 {
+        self.switches().into_iter().zip(bits).map(|(switch, bit)| if *switch { bit } else { 0 }).sum()
+    }
+}
+
 /// Sizes that follow from a description.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plan {
@@ -68,23 +102,21 @@ impl Plan {
     /// The plan of a description.
     ///
     /// # Errors
-    /// [`Status::InvalidArgument`] for sides that do not fit the layout or a budget that is none, [`Status::Overflow`] for
-    /// sides above [`MAX_SIDE`].
-    pub fn new(of: &Description) -> Result<Plan> {
+    /// [`Error`] names the field: [`Status::InvalidArgument`] for sides that do not fit the layout or a budget that is none,
+    /// [`Status::Overflow`] for sides above [`MAX_SIDE`].
+    pub fn new(of: &Description) -> Result<Plan, Error> {
         let faces = if of.layout == Layout::Cube { 6 } else { 1 };
-        let fits = match of.layout {
-            Layout::LatLong => true,
-            Layout::Cube => of.width.checked_mul(6) == Some(of.height),
-            Layout::Octahedral => of.width == of.height,
-        };
-        let budget = (0.0..=1.0).contains(&of.budget);
-        let poles = !of.rows_at_poles || of.layout == Layout::LatLong;
-        if of.width == 0 || of.height == 0 || !fits || !budget || !poles {
-            return Err(Status::InvalidArgument);
-        }
+        Error::first([
+            (of.width > 0, c"width"),
+            (of.height > 0 && of.layout.fits(of.width, of.height), c"height"),
+            (!of.rows_at_poles || of.layout == Layout::LatLong, c"flags"),
+            ((0.0..=1.0).contains(&of.budget), c"error_budget"),
+        ])?;
         let texels = [of.width, of.height / faces];
-        if texels.iter().any(|&side| side > MAX_SIDE) {
-            return Err(Status::Overflow);
+        for (side, field) in texels.into_iter().zip([c"width", c"height"]) {
+            if side > MAX_SIDE {
+                return Err(Error::new(Status::Overflow, 0).of(field));
+            }
         }
         // Rows at the poles are half rows: a row fewer.
         let at_poles = of.rows_at_poles && texels[1] > 1;

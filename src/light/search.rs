@@ -9,8 +9,9 @@
 //! Searches read a whole window, beyond the end of a short table, and count without a branch: behind the last table stands a
 //! window of anything.
 
+use crate::blob::Table;
 use crate::numeric::ONE_MINUS_EPSILON;
-use crate::simd::{Num, Table, WINDOW, rank, rank16};
+use crate::simd::{Num, WINDOW, rank, rank16};
 
 /// The end of a table in 16 bits, in units: a word of evenly spaced starts is 32 of them.
 pub const UNITS: f32 = (LAST_WORD << EVEN) as f32;

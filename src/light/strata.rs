@@ -12,9 +12,10 @@
 use super::chart::{Chart, Layout};
 use super::map::{WHOLE, solid_angle};
 use super::plan::Plan;
-use super::radiance::decode;
+use super::radiance::{DIM, decode};
 use super::tables::Light;
 use crate::numeric::{max, min, sqrt};
+use bytemuck::{Pod, Zeroable};
 use core::f64::consts::PI;
 
 /// The most strata of a light.
@@ -27,8 +28,6 @@ const GOAL: f32 = 0.025;
 /// Four times as many strata divide what the moment is above 1 by 2 to 3: numbers that cannot reach the goal are not tried.
 const GAIN: f32 = 3.0;
 
-/// What is below the mean keeps this share of its light, at least.
-const DIM: f32 = 0.25;
 /// Strata are divided by a mass that is the light but for this share, which is the root of its mean square in a cell, ...
 const ROOT: f32 = 0.1;
 /// ... at most so many times the light, ...
@@ -63,22 +62,31 @@ const TOP: u32 = 16;
 /// Numbers of a pyramid's cell: mass and square.
 const NUMBERS: usize = 2;
 
+/// Parts in which threads finish the strata, at most.
+pub const MOST_PARTS: usize = 16;
+
 /// Faces of a chart, at most.
 const FACES: usize = 6;
 /// Nodes of a grid that wait: the smaller one of two goes first, and none has more strata than a group, 256 at the most.
 const WAITING: usize = 9;
 
-/// What was built.
-#[derive(Clone, Copy, Debug)]
-pub struct Built {
-    /// How many strata.
-    pub count: usize,
-    /// The mean radiance.
+/// What an environment says of its texel map and strata.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct StandIn {
+    /// Words of the texel map, and of the zeros behind.
+    pub(super) words: u64,
+    /// Records of tiles.
+    pub(super) tiles: u32,
+    pub(super) tile_side: u32,
+    /// The mean radiance of the map.
     pub mean: f32,
-    /// 1 / the integral of max(L - mean, L / 4); 0 for a black map.
+    /// 1 / the integral of max(L - mean, L / 4).
     pub inverse_power: f32,
-    /// E[(p^ / p)^2].
+    /// E[(p^ / p)^2] for p the density of strata and p^ that function over its integral: what strata lose is what it exceeds 1 by.
     pub second_moment: f32,
+    /// Strata.
+    pub strata: u32,
 }
 
 /// Levels of the pyramid over a face: the first has cells of two patches.
@@ -103,14 +111,14 @@ pub fn most(chart: &Chart) -> usize {
 }
 
 /// Numbers of the pyramid of a chart.
-fn pyramid(chart: &Chart) -> usize {
+pub fn pyramid(chart: &Chart) -> usize {
     let patches = chart.axes.map(|axis| axis.patches);
     chart.faces() as usize * cells_below(patches, levels(patches) + 1) * NUMBERS
 }
 
 /// How many numbers a build needs room for.
 pub fn room(plan: &Plan) -> usize {
-    pyramid(&plan.chart) + GRID * GRID * NUMBERS
+    pyramid(&plan.chart) + parts(plan) * GRID * GRID * NUMBERS
 }
 
 /// The most cells of a node's grid along an axis. With half of them along its longer side a part is cut in the grid of another node.
@@ -266,18 +274,75 @@ struct Field<'a> {
     scale: f64,
 }
 
-/// Builds the strata of a light whose texel map is written. `mean`: that of its radiance. `room`: as many numbers as [`room`] says; `out`
-/// has room for [`MOST`].
-pub fn build(light: &Light<'_>, mean: f64, budget: f32, room: &mut [f32], out: &mut [[f32; 4]]) -> Built {
+/// Strata between the passes of a build.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Begun {
+    /// How many strata.
+    pub count: u64,
+    /// The integral of all light.
+    power: f64,
+    /// The sum of area x integral of the square over the strata that are finished.
+    squares: f64,
+    /// Where the parts begin in which the others wait, and where the last one ends.
+    starts: [u64; MOST_PARTS + 1],
+}
+
+/// How many rows the lowest level of the pyramid has: one after the other, for all faces.
+pub fn rows(chart: &Chart) -> u32 {
+    chart.faces() * level_cells(chart.axes.map(|axis| axis.patches), 1)[1] as u32
+}
+
+/// The parts of the strata, which threads finish: as many as have room for grids of their own where the luminances stood.
+pub fn parts(plan: &Plan) -> usize {
+    let texels = plan.rows() as usize * plan.of.width as usize;
+    (texels.saturating_sub(pyramid(&plan.chart)) / (GRID * GRID * NUMBERS)).clamp(1, MOST_PARTS)
+}
+
+/// Where a row of the pyramid stands in the room of a build, and its length.
+pub fn row(chart: &Chart, row: u32) -> (usize, usize) {
+    let patches = chart.axes.map(|axis| axis.patches);
+    let [columns, rows] = level_cells(patches, 1);
+    let (face, row) = (row as usize / rows.max(1), row as usize % rows.max(1));
+    let first = face * cells_below(patches, levels(patches) + 1) + row * columns;
+    (first * NUMBERS, columns * NUMBERS)
+}
+
+/// Where the grid of a part stands in the room of a build, behind the pyramid, and its length.
+pub fn grid(chart: &Chart, part: usize) -> (usize, usize) {
+    let length = GRID * GRID * NUMBERS;
+    (pyramid(chart) + part * length, length)
+}
+
+/// Writes a row of the lowest level of the pyramid of a light whose texel map is written, and answers the integral of its light. `mean`: that
+/// of the radiance.
+pub fn sum_row(light: &Light<'_>, mean: f64, row: u32, out: &mut [f32]) -> f64 {
+    let field = Field::new(light, 1.0 / mean);
+    let rows = level_cells(field.patches, 1)[1].max(1) as u32;
+    let [across, down] = field.face();
+    let ends = |k: u32, span: u32, all: [u32; 2]| {
+        let [low, high] = [k * span, (k + 1) * span].map(|patch| patch << field.patch);
+        Span::new([low.max(all[0]), high.min(all[1])], field.patch)
+    };
+    let of_row = ends(row % rows, 2, down);
+    let parts = (0..).zip(out.chunks_mut(GRID / 2 * NUMBERS));
+    parts.map(|(part, out)| field.sum_up_part(row / rows, [ends(part, GRID as u32, across), of_row], out)).sum()
+}
+
+/// Chooses how many strata there are, and begins them. `totals`: of the rows; `room` as [`room`] says; `out` has room for [`MOST`].
+pub fn begin(
+    light: &Light<'_>,
+    mean: f64,
+    plan: &Plan,
+    totals: &[f64],
+    room: &mut [f32],
+    out: &mut [[f32; 4]],
+) -> Begun {
     let (pyramid, cells) = room.split_at_mut_checked(pyramid(&light.chart)).unwrap_or_default();
-    let cells = cells.get_mut(..GRID * GRID * NUMBERS).unwrap_or_default();
-    let cells = bytemuck::try_cast_slice_mut(cells).unwrap_or_default();
     let field = &Field::new(light, 1.0 / mean);
-    let power = field.sum_up(pyramid);
-    let inverse = if power > 0.0 { (field.scale / power).min(f64::from(f32::MAX)) as f32 } else { 0.0 };
-    let goal = 1.0 + GOAL + budget;
-    let most = most(&light.chart);
-    let mut built = Built { count: 0, mean: mean as f32, inverse_power: inverse, second_moment: 1.0 };
+    let power: f64 = totals.iter().sum();
+    let (goal, most) = (1.0 + GOAL + plan.of.budget, most(&light.chart));
+    let mut begun = Begun { count: 0, power, squares: 0.0, starts: [0; MOST_PARTS + 1] };
     let mut hoped = 1.0;
     for count in COUNTS {
         if hoped > goal && count < most {
@@ -286,25 +351,92 @@ pub fn build(light: &Light<'_>, mean: f64, budget: f32, room: &mut [f32], out: &
         }
         let out = out.get_mut(..count).unwrap_or_default();
         field.raise(pyramid, (RAISED * power / count as f64) as f32);
-        let squares = Build { field, pyramid, cells, group: (count / MOST_TOGETHER) as u32 }.strata(out);
-        built.count = count;
-        built.second_moment = if power > 0.0 { (count as f64 * squares / (power * power)) as f32 } else { 1.0 };
-        if built.second_moment <= goal || count == most {
+        let mut build = Build::new(field, pyramid, cells, count);
+        begun = Begun { count: count as u64, squares: build.begin(out), ..begun };
+        if count == most {
+            begun.starts = starts(out, parts(plan));
             break;
         }
-        hoped = 1.0 + (built.second_moment - 1.0) / GAIN;
+        begun.squares += build.divide_waiting(out, 0);
+        let moment = begun.second_moment();
+        if moment <= goal {
+            break;
+        }
+        hoped = 1.0 + (moment - 1.0) / GAIN;
     }
-    built
+    begun
+}
+
+/// Where parts begin that have about as many strata each, and no node in common; and the end.
+fn starts(out: &[[f32; 4]], parts: usize) -> [u64; MOST_PARTS + 1] {
+    let mut starts = [out.len() as u64; MOST_PARTS + 1];
+    let (mut at, mut part) = (0, 0);
+    while at < out.len() {
+        while part < parts && at >= part * out.len() / parts.max(1) {
+            if let Some(start) = starts.get_mut(part) {
+                *start = at as u64;
+            }
+            part += 1;
+        }
+        at += Node::waiting(out, at).map_or(1, |node| node.count as usize);
+    }
+    starts
+}
+
+impl Begun {
+    /// The strata of a part, and how many they are.
+    pub fn part(&self, part: usize) -> (usize, usize) {
+        match self.starts.get(part..part + 2) {
+            Some(&[first, end]) => (first as usize, end.saturating_sub(first) as usize),
+            _ => (0, 0),
+        }
+    }
+
+    /// Finishes the strata of a part. Answers the sum of area x integral of the square over them.
+    pub fn divide(
+        &self,
+        light: &Light<'_>,
+        mean: f64,
+        pyramid: &[f32],
+        cells: &mut [f32],
+        out: &mut [[f32; 4]],
+    ) -> f64 {
+        let field = &Field::new(light, 1.0 / mean);
+        Build::new(field, pyramid, cells, self.count as usize).divide_waiting(out, 0)
+    }
+
+    fn second_moment(&self) -> f32 {
+        let (count, power) = (self.count as f64, self.power);
+        if power > 0.0 { (count * self.squares / (power * power)) as f32 } else { 1.0 }
+    }
+
+    /// What is stored of them. `squares`: what [`Begun::divide`] answered for all parts.
+    pub fn finish(mut self, mean: f64, squares: &[f64]) -> StandIn {
+        self.squares += squares.iter().sum::<f64>();
+        let inverse_power =
+            if self.power > 0.0 { (scale(1.0 / mean) / self.power).min(f64::from(f32::MAX)) } else { 0.0 };
+        StandIn {
+            strata: self.count as u32,
+            mean: mean as f32,
+            inverse_power: inverse_power as f32,
+            second_moment: self.second_moment(),
+            ..StandIn::zeroed()
+        }
+    }
+}
+
+/// A factor for light; 1 in place of one that is no number.
+fn scale(factor: f64) -> f64 {
+    if factor.is_finite() { factor } else { 1.0 }
 }
 
 impl Field<'_> {
     /// The light of a map in units of its mean.
-    fn new<'a>(light: &'a Light<'a>, scale: f64) -> Field<'a> {
+    fn new<'a>(light: &'a Light<'a>, factor: f64) -> Field<'a> {
         let axes = &light.chart.axes;
         let longest = axes[0].length.max(axes[1].length * light.chart.faces() as f32) as u32;
         let patch = FINEST.min(BITS - longest.next_power_of_two().trailing_zeros());
-        let scale = if scale.is_finite() { scale } else { 1.0 };
-        Field { light, patches: axes.map(|axis| axis.patches), patch, scale }
+        Field { light, patches: axes.map(|axis| axis.patches), patch, scale: scale(factor) }
     }
 
     /// The width of a unit.
@@ -497,28 +629,7 @@ impl Field<'_> {
         [sums, squares].map(|means| means.map(|x| x * (1.0 / 16.0)))
     }
 
-    /// Writes the lowest level of the pyramid, and answers the integral of all light.
-    fn sum_up(&self, room: &mut [f32]) -> f64 {
-        let [columns, rows] = level_cells(self.patches, 1);
-        let per_face = cells_below(self.patches, levels(self.patches) + 1) * NUMBERS;
-        let mut total = 0.0;
-        for (face, numbers) in (0..self.light.chart.faces()).zip(room.chunks_exact_mut(per_face.max(1))) {
-            let [across, down] = self.face();
-            let lines = numbers.chunks_exact_mut((columns * NUMBERS).max(1)).take(rows);
-            for (row, line) in (0..).zip(lines) {
-                let ends = |k: u32, span: u32| [k * span, (k + 1) * span].map(|patch| patch << self.patch);
-                let clip = |[low, high]: [u32; 2], all: [u32; 2]| [low.max(all[0]), high.min(all[1])];
-                let of_rows = Span::new(clip(ends(row, 2), down), self.patch);
-                for (part, out) in (0..).zip(line.chunks_mut(GRID / 2 * NUMBERS)) {
-                    let of_columns = Span::new(clip(ends(part, GRID as u32), across), self.patch);
-                    total += self.sum_up_part(face, [of_columns, of_rows], out);
-                }
-            }
-        }
-        total
-    }
-
-    /// The same for a part of a row of cells.
+    /// Writes a part of a row of the lowest level of the pyramid, and answers the integral of its light.
     #[inline(never)]
     fn sum_up_part(&self, face: u32, spans: [Span; 2], out: &mut [f32]) -> f64 {
         let mut sums = [Integrals::default(); GRID / 2];
@@ -571,9 +682,16 @@ impl Field<'_> {
     }
 }
 
-impl Build<'_, '_> {
-    /// Writes strata of all faces, and answers the sum of area x integral of the square.
-    fn strata(&mut self, out: &mut [[f32; 4]]) -> f64 {
+impl<'a, 'b> Build<'a, 'b> {
+    fn new(field: &'a Field<'a>, pyramid: &'b [f32], cells: &'b mut [f32], count: usize) -> Build<'a, 'b> {
+        let cells = cells.get_mut(..GRID * GRID * NUMBERS).unwrap_or_default();
+        let cells = bytemuck::try_cast_slice_mut(cells).unwrap_or_default();
+        Build { field, pyramid, cells, group: (count / MOST_TOGETHER) as u32 }
+    }
+
+    /// Begins strata of all faces: nodes of more of them than a group are cut. Answers the sum of area x integral of the square over strata that
+    /// are finished.
+    fn begin(&mut self, out: &mut [[f32; 4]]) -> f64 {
         let Field { light, patches, patch, .. } = *self.field;
         let faces = light.chart.faces();
         let root = Node { face: 0, extent: self.field.face(), first: 0, count: 1, size: patch + levels(patches) };
@@ -593,11 +711,16 @@ impl Build<'_, '_> {
             first += count;
             rest -= mass;
         }
-        let mut at = 0;
+        total + self.divide_waiting(out, self.group)
+    }
+
+    /// Divides the nodes that wait with more strata than so many. Answers the same.
+    fn divide_waiting(&mut self, out: &mut [[f32; 4]], least: u32) -> f64 {
+        let (mut at, mut total) = (0, 0.0);
         while at < out.len() {
             match Node::waiting(out, at) {
-                Some(node) => total += self.divide(node, out),
-                None => at += 1,
+                Some(node) if node.count > least => total += self.divide(node, out),
+                node => at += node.map_or(1, |node| node.count.max(1) as usize),
             }
         }
         total

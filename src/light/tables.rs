@@ -7,7 +7,8 @@
 
 use super::chart::Chart;
 pub use super::walk::{Direction, Drawn, Located, Patch, Patches};
-use crate::simd::{Num, Table};
+use crate::blob::Table;
+use crate::simd::{Num, WINDOW};
 use bytemuck::{Pod, Zeroable};
 
 /// The most patches along a side of a block.
@@ -97,6 +98,32 @@ pub struct Light<'a> {
     pub inverse_power: f32,
 }
 
+impl<'a> Light<'a> {
+    /// A light of which the texel map alone is known.
+    pub fn of_map(chart: Chart, bilinear: bool, tile_side: u32, texels: &'a [u16], tiles: &'a [u32]) -> Light<'a> {
+        Light {
+            chart,
+            bilinear,
+            exact: true,
+            power: 0.0,
+            grid: [0; 2],
+            cells: &[],
+            tops: Table::new(&[], &[0.0; WINDOW]),
+            cell_of: [&[]; 2],
+            side: [0; 2],
+            starts: Table::new(&[], &[0.0; WINDOW]),
+            blocks: &[],
+            words: Table::new(&[], &[0; WINDOW]),
+            texels,
+            tiles,
+            tile_side,
+            strata: &[],
+            mean: 0.0,
+            inverse_power: 0.0,
+        }
+    }
+}
+
 impl Cell {
     /// Where the table of a row's blocks begins among the starts.
     #[inline(always)]
@@ -170,18 +197,6 @@ pub(crate) fn decoded<F: Num>(pairs: F::Ints) -> [F; 2] {
 pub fn decode(word: u16) -> f32 {
     let bits = (u32::from(word) << 12) + (EXPONENT_OF_WORD_0 << 23);
     if word == 0 { 0.0 } else { f32::from_bits(bits) }
-}
-
-/// As [`decode`], of a word above 0.
-#[inline(always)]
-pub fn decode_wide(word: u32) -> f32 {
-    f32::from_bits((word << 12).wrapping_add(EXPONENT_OF_WORD_0 << 23))
-}
-
-/// As [`encode`].
-#[inline(always)]
-pub fn encode_wide(value: f32) -> u32 {
-    encode(value).into()
 }
 
 /// The nearest corner in 16 bits to a value in [0, 1], of which 1 is the largest; above 0 if the value is.

@@ -120,8 +120,7 @@ impl Texels<'_> {
 
     /// The texel before an edge between patches, and how far the edge lies towards the next.
     fn texel_at(&self, axis: usize, edge: u32) -> (i64, f32) {
-        let a = self.plan.chart.axes[axis];
-        self.texel_before(axis, (f64::from(edge) - f64::from(a.shift)).max(0.0).min(f64::from(a.length)))
+        self.texel_before(axis, self.plan.chart.axes[axis].edge_f64(edge))
     }
 
     /// The texel before a position, and how far the position lies towards the next.
@@ -143,15 +142,23 @@ impl Texels<'_> {
         if self.plan.of.filter == Filter::Nearest {
             return self.mean_of_patches(face, at, step);
         }
-        let [(x, right), (y, below)] =
-            [0, 1].map(|k: usize| self.texel_before(k, f64::from(at[k]) - f64::from(axes[k].shift)));
+        let place = [0, 1].map(|k: usize| self.texel_before(k, f64::from(at[k]) - f64::from(axes[k].shift)));
+        let light = self.between(face, place);
+        if self.black_is_dark() && !(light > 0.0) {
+            self.spread_from(face, place.map(|(texel, _)| texel))
+        } else {
+            light
+        }
+    }
+
+    /// The light between texels: along each axis the texel before, and how far it is towards the next.
+    fn between(&self, face: u32, [(x, right), (y, below)]: [(i64, f32); 2]) -> f32 {
         let row = |y: i64| {
             let here = self.texel(face, x, y);
             if right == 0.0 { here } else { here + (self.texel(face, x + 1, y) - here) * right }
         };
         let here = row(y);
-        let light = if below == 0.0 { here } else { here + (row(y + 1) - here) * below };
-        if self.black_is_dark() && !(light > 0.0) { self.spread_from(face, [x, y]) } else { light }
+        if below == 0.0 { here } else { here + (row(y + 1) - here) * below }
     }
 
     /// The mean light of the patches of a coarse grid's cell.
@@ -225,13 +232,7 @@ impl Texels<'_> {
                 continue;
             }
             for (i, out) in (0..=tile.grid[0]).zip(row.iter_mut()) {
-                let (x, right) = columns(i);
-                let at_row = |y: i64| {
-                    let here = self.texel(tile.face, x, y);
-                    if right == 0.0 { here } else { here + (self.texel(tile.face, x + 1, y) - here) * right }
-                };
-                let here = at_row(y);
-                *out = if below == 0.0 { here } else { here + (at_row(y + 1) - here) * below };
+                *out = self.between(tile.face, [columns(i), (y, below)]);
             }
         }
         if self.black_is_dark() {
@@ -392,9 +393,8 @@ impl Texels<'_> {
         let half = if self.plan.of.layout == Layout::LatLong {
             PI / f64::from(a.length)
         } else {
-            let edge = |k: u32| (f64::from(k) - f64::from(a.shift)).max(0.0).min(f64::from(a.length));
             let area = 4.0 * PI / (f64::from(a.length) * f64::from(a.length));
-            0.5 * area * (edge(x + 1) - edge(x))
+            0.5 * area * (a.edge_f64(x + 1) - a.edge_f64(x))
         };
         [half * upper, half * upper, half * lower, half * lower]
     }
@@ -404,8 +404,8 @@ impl Texels<'_> {
         const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
         let edges = |axis: usize, k: u32| {
             let a = self.plan.chart.axes[axis];
-            let edge = |k: u32| (f64::from(k) - f64::from(a.shift)).max(0.0).min(f64::from(a.length));
-            (2.0 * edge(k) / f64::from(a.length) - 1.0, 2.0 * edge(k + 1) / f64::from(a.length) - 1.0)
+            let plane = |k: u32| 2.0 * a.edge_f64(k) / f64::from(a.length) - 1.0;
+            (plane(k), plane(k + 1))
         };
         let ((s0, s1), (t0, t1)) = (edges(0, x), edges(1, y));
         let mut weights = [0.0; 4];
@@ -427,8 +427,7 @@ impl Texels<'_> {
 /// The weights of a patch row's upper and lower corners for a unit of columns (not for cubes).
 pub fn row_weights(plan: &Plan, y: u32) -> [f64; 2] {
     let a = plan.chart.axes[1];
-    let edge = |k: u32| (f64::from(k) - f64::from(a.shift)).max(0.0).min(f64::from(a.length));
-    let (top, bottom) = (edge(y), edge(y + 1));
+    let (top, bottom) = (a.edge_f64(y), a.edge_f64(y + 1));
     if plan.of.layout != Layout::LatLong {
         return [0.5 * (bottom - top); 2];
     }

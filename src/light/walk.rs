@@ -7,8 +7,9 @@ use super::chart::Place;
 use super::search::{Found, UNITS, cell, cell16, find, find16, inside};
 use super::tables::{Block, Cell, Light, decoded};
 use super::warp::PatchDensity;
+use crate::blob::Table;
 use crate::numeric::ONE_MINUS_EPSILON;
-use crate::simd::{Apart, GROUP, Num, Table, prefetch};
+use crate::simd::{Apart, GROUP, Num, prefetch};
 
 /// A direction in map space.
 pub type Direction<F> = [F; 3];

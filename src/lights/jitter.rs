@@ -5,9 +5,9 @@
 //! varies inside it. Places in proportion to the energy of texels are not: light x visibility at such a place is an
 //! unbiased estimate of the light of the stratum that is seen.
 
+use crate::blob::{Layout, Magic, Part, Room, Size, has_checksum, header, write_checksum, write_header};
 use crate::light::plan::MAX_SIDE;
 use crate::numeric::{clamp_u, max, min};
-use crate::object::{Layout, Magic, Part, Size, has_checksum, header, take, taken, write_checksum, write_header};
 use crate::sample::Sample;
 use crate::sphere::{Frame, latlong, latlong_solid_angle, unit};
 use crate::status::{Result, Status};
@@ -68,7 +68,9 @@ impl Config {
 
     /// The memory of the table, and of the luminance of all texels; `None` if no memory is as long.
     pub fn size(&self) -> Option<Size> {
-        Some(Size { bytes: self.parts().1.bytes()?, scratch: taken::<f64>(self.texels())? })
+        let mut room = Room::new(&mut []);
+        let _: &mut [f64] = room.take(self.texels());
+        Some(Size { bytes: self.parts().1.bytes()?, scratch: room.asked? })
     }
 
     /// Builds the table of strata of a map from the stratum of each texel, below the number of strata. `luminance`, of each
@@ -86,16 +88,12 @@ impl Config {
             value * solid_angle(texel)
         };
         let ([start, order, rank, cumulative], whole) = self.parts();
-        let (mut rest, small) = (&mut *memory, Status::MemoryTooSmall);
-        let _: &mut [Header] = take(&mut rest, 1).ok_or(small)?;
-        let mut parts = Parts {
-            start: take(&mut rest, start.count).ok_or(small)?,
-            order: take(&mut rest, order.count).ok_or(small)?,
-            rank: take(&mut rest, rank.count).ok_or(small)?,
-            cumulative: take(&mut rest, cumulative.count).ok_or(small)?,
-        };
-        build(labels, weight, solid_angle, &mut parts)?;
-        let bytes = whole.bytes().ok_or(small)? as u64;
+        let mut room = Room::new(memory);
+        let _: &mut [Header] = room.take(1);
+        let (start, order) = (room.take(start.count), room.take(order.count));
+        let parts = Parts { start, order, rank: room.take(rank.count), cumulative: room.take(cumulative.count) };
+        build(labels, weight, solid_angle, parts)?;
+        let bytes = whole.bytes().ok_or(Status::MemoryTooSmall)? as u64;
         let Config { size, lights } = *self;
         let (magic, frame) = (Header::MAGIC, frame.to_array());
         write_header(memory, &Header { magic, bytes, checksum: 0, size, lights, frame });
@@ -120,55 +118,43 @@ pub struct Jitter<'a> {
 }
 
 /// Where a [`Jitter`] is made.
-pub struct Parts<'a> {
-    /// One more than strata.
-    pub start: &'a mut [u32],
-    /// As many as texels.
-    pub order: &'a mut [u32],
-    /// As many as texels.
-    pub rank: &'a mut [u32],
-    /// As many as texels.
-    pub cumulative: &'a mut [f64],
+struct Parts<'a> {
+    start: &'a mut [u32],
+    order: &'a mut [u32],
+    rank: &'a mut [u32],
+    cumulative: &'a mut [f64],
 }
 
 /// Sorts texels by strata and sums up their weights; a stratum of weight 0 is uniform by `solid_angle`.
-///
-/// # Errors
-/// [`Status::InvalidArgument`] if a label is not below the number of strata, or a slice has the wrong length.
-pub fn build(
+fn build(
     labels: &[u32],
     weight: impl Fn(usize) -> f64,
     solid_angle: impl Fn(usize) -> f64,
-    parts: &mut Parts,
+    Parts { start, order, rank, cumulative }: Parts<'_>,
 ) -> Result<()> {
-    let texels = labels.len();
-    if [parts.order.len(), parts.rank.len(), parts.cumulative.len()] != [texels; 3] {
-        return Err(Status::InvalidArgument);
-    }
-    let strata = parts.start.len().checked_sub(1).ok_or(Status::InvalidArgument)?;
-    parts.start.fill(0);
+    let strata = start.len().saturating_sub(1);
+    start.fill(0);
     for &label in labels {
         let label = label as usize;
-        *parts.start.get_mut(label).filter(|_| label < strata).ok_or(Status::InvalidArgument)? += 1;
+        *start.get_mut(label).filter(|_| label < strata).ok_or(Status::InvalidArgument)? += 1;
     }
     // First where each stratum ends; placing its texels from the last one moves that to where it begins.
     let mut end = 0;
-    for slot in parts.start.iter_mut() {
+    for slot in start.iter_mut() {
         end += *slot;
         *slot = end;
     }
     for (texel, &label) in labels.iter().enumerate().rev() {
-        let Some(place) = parts.start.get_mut(label as usize) else { continue };
+        let Some(place) = start.get_mut(label as usize) else { continue };
         *place = place.wrapping_sub(1);
-        if let (Some(order), Some(rank)) = (parts.order.get_mut(*place as usize), parts.rank.get_mut(texel)) {
+        if let (Some(order), Some(rank)) = (order.get_mut(*place as usize), rank.get_mut(texel)) {
             (*order, *rank) = (texel as u32, *place);
         }
     }
-    for stratum in 0..strata {
-        let bounds = parts.start.get(stratum..stratum + 2);
-        let Some(&[first, end]) = bounds else { continue };
-        let members = parts.order.get(first as usize..end as usize).unwrap_or(&[]);
-        let sums = parts.cumulative.get_mut(first as usize..end as usize).unwrap_or(&mut []);
+    for bounds in start.windows(2) {
+        let &[first, end] = bounds else { continue };
+        let members = order.get(first as usize..end as usize).unwrap_or(&[]);
+        let sums = cumulative.get_mut(first as usize..end as usize).unwrap_or(&mut []);
         if sum_up(members, &weight, sums) <= 0.0 {
             sum_up(members, &solid_angle, sums);
         }

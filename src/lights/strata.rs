@@ -8,10 +8,10 @@
 //! a component whose share of the energy is worth one light gets one; the first centre is the brightest texel; chords
 //! within 1e-9 are equal, and the lowest texel wins.
 
+use crate::blob::{Room, Size};
 use crate::light::pixels::Rows;
 use crate::lights::map::Map;
 use crate::numeric::is_float;
-use crate::object::{Size, take, taken};
 use crate::sphere::latlong_solid_angle;
 use crate::status::{Error, Result, Status};
 use bytemuck::{Pod, Zeroable};
@@ -57,23 +57,9 @@ impl Config {
 
     /// The bytes of the lights, and of the scratch memory; `None` if no memory is as long.
     pub fn size(&self) -> Option<Size> {
-        let (texels, capacity) = (self.texels(), self.capacity());
-        let parts = [
-            taken::<f64>(texels)?,
-            taken::<f64>(texels)?,
-            taken::<[f64; 3]>(self.height as usize)?,
-            taken::<[f64; 2]>(self.width as usize)?,
-            taken::<Ball>(texels.div_ceil(GROUP) + 1)?,
-            taken::<Gathered>(capacity)?,
-            taken::<[f32; 3]>(texels)?,
-            taken::<u32>(texels)?,
-            taken::<u32>(texels)?,
-            taken::<u32>(texels)?,
-            taken::<u32>(capacity)?,
-            taken::<u8>(texels)?,
-        ];
-        let scratch = parts.into_iter().try_fold(0usize, usize::checked_add)?;
-        Some(Size { bytes: capacity * size_of::<Light>(), scratch })
+        let mut room = Room::new(&mut []);
+        Work::new(self, &mut room);
+        Some(Size { bytes: self.capacity() * size_of::<Light>(), scratch: room.asked? })
     }
 
     /// Cuts a map into strata and writes each as a light; answers how many there are. `labels` may be empty, else it gets
@@ -85,29 +71,11 @@ impl Config {
         &self,
         map: &Map,
         rows: &impl Rows,
-        mut memory: &mut [u8],
+        memory: &mut [u8],
         lights: &mut [Light],
         labels: &mut [u32],
     ) -> core::result::Result<usize, Error> {
-        let (texels, capacity, small) = (self.texels(), self.capacity(), Status::MemoryTooSmall);
-        let luminance: &mut [f64] = take(&mut memory, texels).ok_or(small)?;
-        let distance = take(&mut memory, texels).ok_or(small)?;
-        let (of_rows, columns) = (take(&mut memory, self.height as usize), take(&mut memory, self.width as usize));
-        let balls = take(&mut memory, texels.div_ceil(GROUP) + 1).ok_or(small)?;
-        let gathered: &mut [Gathered] = take(&mut memory, capacity).ok_or(small)?;
-        let rgb: &mut [[f32; 3]] = take(&mut memory, texels).ok_or(small)?;
-        let mut scratch = Scratch {
-            rows: of_rows.ok_or(small)?,
-            columns: columns.ok_or(small)?,
-            component: take(&mut memory, texels).ok_or(small)?,
-            members: take(&mut memory, texels).ok_or(small)?,
-            distance,
-            start: take(&mut memory, texels).ok_or(small)?,
-            balls,
-            is_centre: &mut [],
-        };
-        let centres: &mut [u32] = take(&mut memory, capacity).ok_or(small)?;
-        scratch.is_centre = take(&mut memory, texels).ok_or(small)?;
+        let Work { luminance, rgb, gathered, centres, mut scratch } = Work::new(self, &mut Room::new(memory));
         map.decode(rows, luminance, rgb)?;
         let count = stratify(self, luminance, &mut scratch, centres)?;
         let centres = centres.get(..count).unwrap_or(&[]);
@@ -129,6 +97,37 @@ impl Config {
 
 fn power(x: f64, exponent: f64) -> f64 {
     if exponent == 1.0 { x } else { libm::pow(x, exponent) }
+}
+
+/// Memory of a stratification besides the lights, and of the map.
+struct Work<'a> {
+    luminance: &'a mut [f64],
+    rgb: &'a mut [[f32; 3]],
+    gathered: &'a mut [Gathered],
+    centres: &'a mut [u32],
+    scratch: Scratch<'a>,
+}
+
+impl<'a> Work<'a> {
+    fn new(config: &Config, room: &mut Room<'a>) -> Work<'a> {
+        let (texels, capacity) = (config.texels(), config.capacity());
+        Work {
+            luminance: room.take(texels),
+            rgb: room.take(texels),
+            gathered: room.take(capacity),
+            centres: room.take(capacity),
+            scratch: Scratch {
+                rows: room.take(config.height as usize),
+                columns: room.take(config.width as usize),
+                component: room.take(texels),
+                members: room.take(texels),
+                distance: room.take(texels),
+                start: room.take(texels),
+                balls: room.take(texels.div_ceil(GROUP) + 1),
+                is_centre: room.take(texels),
+            },
+        }
+    }
 }
 
 /// Memory of a stratification besides the lights.
@@ -361,32 +360,21 @@ impl Builder<'_, '_> {
     /// Labels every bright texel with the first texel of its component; union-find over left and upper neighbours.
     fn find_components(&mut self, threshold: f64) {
         let Config { width, height, .. } = *self.config;
-        let bright = |this: &Self, texel: u32| this.value(texel as usize) > threshold;
-        for texel in 0..width * height {
-            let label = if bright(self, texel) { texel } else { NO_TEXEL };
-            if let Some(slot) = self.scratch.component.get_mut(texel as usize) {
-                *slot = label;
-            }
+        for ((texel, label), &value) in (0..).zip(self.scratch.component.iter_mut()).zip(self.luminance) {
+            *label = if value > threshold { texel } else { NO_TEXEL };
         }
-        for y in 0..height {
-            for x in 0..width {
-                let texel = y * width + x;
-                if self.component(texel) == NO_TEXEL {
-                    continue;
-                }
+        for texel in 0..width * height {
+            if self.component(texel) != NO_TEXEL {
                 // The last column touches the first one.
-                let right = y * width + if x + 1 < width { x + 1 } else { 0 };
-                let below = if y + 1 < height { texel + width } else { texel };
+                let right = if (texel + 1) % width.max(1) > 0 { texel + 1 } else { texel + 1 - width };
                 self.join(texel, right);
-                self.join(texel, below);
+                self.join(texel, if texel < width * (height - 1) { texel + width } else { texel });
             }
         }
         for texel in 0..width * height {
             if self.component(texel) != NO_TEXEL {
                 let root = self.root(texel);
-                if let Some(slot) = self.scratch.component.get_mut(texel as usize) {
-                    *slot = root;
-                }
+                put(self.scratch.component, texel, root);
             }
         }
     }
@@ -397,10 +385,7 @@ impl Builder<'_, '_> {
             return;
         }
         let (a, b) = (self.root(a), self.root(b));
-        let (first, second) = if a < b { (a, b) } else { (b, a) };
-        if let Some(slot) = self.scratch.component.get_mut(second as usize) {
-            *slot = first;
-        }
+        put(self.scratch.component, a.max(b), a.min(b));
     }
 
     fn root(&mut self, texel: u32) -> u32 {
@@ -412,9 +397,7 @@ impl Builder<'_, '_> {
             }
             // Halving the path keeps later ones short.
             let grandparent = self.component(parent);
-            if let Some(slot) = self.scratch.component.get_mut(texel as usize) {
-                *slot = grandparent;
-            }
+            put(self.scratch.component, texel, grandparent);
             texel = grandparent;
         }
     }
@@ -450,9 +433,7 @@ impl Builder<'_, '_> {
     fn push_member(&mut self, texel: u32) {
         let component = self.component(texel);
         if let Some(end) = self.scratch.start.get_mut(component as usize) {
-            if let Some(slot) = self.scratch.members.get_mut(*end as usize) {
-                *slot = texel;
-            }
+            put(self.scratch.members, *end, texel);
             *end += 1;
         }
     }
@@ -533,75 +514,58 @@ impl Builder<'_, '_> {
 
     /// Puts balls around the groups of members; no centre is near yet.
     fn enclose(&mut self, first: usize, end: usize) {
-        let mut group = first;
-        while group < end {
-            let last = (group + GROUP).min(end);
+        for (number, (group, last)) in groups(first, end).enumerate() {
             let mut sum = [0.0; 3];
             for index in group..last {
                 let d = self.direction(self.member(index));
                 sum = [sum[0] + d[0], sum[1] + d[1], sum[2] + d[2]];
             }
             let centre = sum.map(|s| s / (last - group) as f64);
-            let mut squared = 0.0f64;
-            for index in group..last {
-                squared = squared.max(between(centre, self.direction(self.member(index))));
-                if let Some(slot) = self.scratch.distance.get_mut(index) {
-                    *slot = f64::INFINITY;
-                }
-            }
-            if let Some(ball) = self.scratch.balls.get_mut((group - first) / GROUP) {
-                *ball = Ball { centre, radius: libm::sqrt(squared), farthest: f64::INFINITY };
-            }
-            group = last;
+            let squared =
+                (group..last).fold(0.0f64, |most, i| most.max(between(centre, self.direction(self.member(i)))));
+            self.scratch.distance.get_mut(group..last).unwrap_or_default().fill(f64::INFINITY);
+            let ball = Ball { centre, radius: libm::sqrt(squared), farthest: f64::INFINITY };
+            put(self.scratch.balls, number as u32, ball);
         }
+    }
+
+    fn ball(&self, number: usize) -> Ball {
+        self.scratch.balls.get(number).copied().unwrap_or_default()
+    }
+
+    /// Notes in the ball of a group how far its members are from the nearest centre.
+    fn note_farthest(&mut self, number: usize, group: usize, last: usize) {
+        let distances = self.scratch.distance.get(group..last).unwrap_or(&[]);
+        let farthest = distances.iter().fold(0.0f64, |farthest, &d| farthest.max(d));
+        put(self.scratch.balls, number as u32, Ball { farthest, ..self.ball(number) });
     }
 
     /// Tells the members of a new centre. A group is left out if the centre is too far from its ball to be the nearest
     /// of any member.
     fn approach(&mut self, first: usize, end: usize, texel: u32) {
         let centre = self.direction(texel);
-        let mut group = first;
-        while group < end {
-            let last = (group + GROUP).min(end);
-            let number = (group - first) / GROUP;
-            let ball = self.scratch.balls.get(number).copied().unwrap_or_default();
+        for (number, (group, last)) in groups(first, end).enumerate() {
+            let ball = self.ball(number);
             let gap = libm::sqrt(between(centre, ball.centre)) - ball.radius;
             if gap <= 0.0 || gap * gap <= ball.farthest * (1.0 + 1e-9) {
-                let mut farthest = 0.0f64;
-                for index in group..last {
-                    let squared = between(centre, self.direction(self.member(index)));
-                    if let Some(slot) = self.scratch.distance.get_mut(index) {
-                        *slot = slot.min(squared);
-                        farthest = farthest.max(*slot);
-                    }
-                }
-                if let Some(ball) = self.scratch.balls.get_mut(number) {
-                    ball.farthest = farthest;
-                }
+                self.approach_group(group, last, centre, |_, _| {});
+                self.note_farthest(number, group, last);
             }
-            group = last;
         }
     }
 
     /// The member farthest from all centres; of equal ones the first texel.
     fn farthest(&self, first: usize, end: usize) -> u32 {
-        let groups = (end - first).div_ceil(GROUP);
-        let balls = self.scratch.balls.get(..groups).unwrap_or(&[]);
+        let balls = self.scratch.balls.get(..(end - first).div_ceil(GROUP)).unwrap_or(&[]);
         let chord = libm::sqrt(balls.iter().fold(0.0f64, |largest, ball| largest.max(ball.farthest)));
         let bound = (chord - TIE).max(0.0);
-        let squared = bound * bound;
-        let mut best = NO_TEXEL;
-        for (number, _) in balls.iter().enumerate().filter(|(_, ball)| ball.farthest >= squared) {
-            let group = first + number * GROUP;
-            for index in group..(group + GROUP).min(end) {
-                let far = self.scratch.distance.get(index).is_some_and(|&d| d >= squared);
-                let texel = self.member(index);
-                if far && texel < best && self.scratch.is_centre.get(texel as usize) == Some(&0) {
-                    best = texel;
-                }
-            }
-        }
-        best
+        let is_far = |distance: f64| distance >= bound * bound;
+        let far = groups(first, end).zip(balls).filter(|(_, ball)| is_far(ball.farthest));
+        far.flat_map(|((group, last), _)| group..last)
+            .filter(|&index| self.scratch.distance.get(index).is_some_and(|&distance| is_far(distance)))
+            .map(|index| self.member(index))
+            .filter(|&texel| self.scratch.is_centre.get(texel as usize) == Some(&0))
+            .fold(NO_TEXEL, u32::min)
     }
 
     /// Writes the number of the nearest centre for each texel. The first of equal ones wins.
@@ -609,16 +573,7 @@ impl Builder<'_, '_> {
         // After the last layer all texels are one component: its members are all texels, block by block.
         let end = self.config.texels();
         self.enclose(0, end);
-        self.settle(
-            0,
-            end,
-            |_, _| true,
-            |this, texel, number| {
-                if let Some(label) = this.scratch.component.get_mut(texel as usize) {
-                    *label = number;
-                }
-            },
-        );
+        self.settle(0, end, |_, _| true, |this, texel, number| put(this.scratch.component, texel, number));
     }
 
     /// Finds the nearest of the centres that count for each member. For a group only those are tried that can be nearest
@@ -630,34 +585,22 @@ impl Builder<'_, '_> {
         counts: impl Fn(&Self, u32) -> bool,
         claim: impl Fn(&mut Self, u32, u32),
     ) {
-        let mut group = first;
-        while group < end {
-            let last = (group + GROUP).min(end);
-            let number = (group - first) / GROUP;
-            let ball = self.scratch.balls.get(number).copied().unwrap_or_default();
-            let mut nearest = f64::INFINITY;
-            for index in 0..self.count {
-                let centre = self.centre(index);
-                if counts(self, centre) {
-                    nearest = nearest.min(between(ball.centre, self.direction(centre)));
-                }
-            }
+        for (number, (group, last)) in groups(first, end).enumerate() {
+            let ball = self.ball(number);
+            let away = |this: &Self, index: usize| {
+                let centre = this.centre(index);
+                let direction = this.direction(centre);
+                counts(this, centre).then(|| (direction, between(ball.centre, direction)))
+            };
+            let nearest = (0..self.count).filter_map(|index| away(self, index));
+            let nearest = nearest.fold(f64::INFINITY, |nearest, (_, squared)| nearest.min(squared));
             let reach = libm::sqrt(nearest) + 2.0 * ball.radius + TIE;
             for index in 0..self.count {
-                let centre = self.centre(index);
-                if counts(self, centre) {
-                    let direction = self.direction(centre);
-                    if between(ball.centre, direction) <= reach * reach {
-                        self.approach_group(group, last, direction, |this, texel| claim(this, texel, index as u32));
-                    }
+                if let Some((direction, _)) = away(self, index).filter(|(_, squared)| *squared <= reach * reach) {
+                    self.approach_group(group, last, direction, |this, texel| claim(this, texel, index as u32));
                 }
             }
-            let distances = self.scratch.distance.get(group..last).unwrap_or(&[]);
-            let farthest = distances.iter().fold(0.0f64, |farthest, &d| farthest.max(d));
-            if let Some(ball) = self.scratch.balls.get_mut(number) {
-                ball.farthest = farthest;
-            }
-            group = last;
+            self.note_farthest(number, group, last);
         }
     }
 
@@ -682,4 +625,16 @@ impl Builder<'_, '_> {
 fn between(a: [f64; 3], b: [f64; 3]) -> f64 {
     let d = [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
     d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
+}
+
+/// Members in groups: where each begins and ends.
+fn groups(first: usize, end: usize) -> impl Iterator<Item = (usize, usize)> {
+    (first..end).step_by(GROUP).map(move |group| (group, (group + GROUP).min(end)))
+}
+
+/// Writes an element, if there is one.
+fn put<T>(out: &mut [T], index: u32, value: T) {
+    if let Some(slot) = out.get_mut(index as usize) {
+        *slot = value;
+    }
 }

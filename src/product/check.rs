@@ -7,12 +7,12 @@ use super::stored::{
     COSINE_INCLUDED, Header, Leaves, MAX_DIVIDED, Places, Product, QUADS, Quad, WHOLE_SPHERE, mean, sum_parts, tops,
     write_tops,
 };
+use crate::blob::{Magic, has_checksum, write_checksum};
 use crate::brdf::material::{Kind, MAX_LOBES, Shape};
 use crate::light::environment::Environment;
 use crate::light::guide::{Guide, MAX_CELLS};
 use crate::light::parts::MIDDLES;
 use crate::numeric::{exp2i, exponent};
-use crate::object::{Magic, has_checksum, write_checksum};
 use crate::simd::GROUP;
 use crate::sphere::{Frame, unit};
 use crate::status::{Result, Status};

@@ -9,6 +9,7 @@ use super::stored::{
     COSINE_INCLUDED, Corners, Divided, Header, Leaves, MAX_DIVIDED, Places, QUADS, Quad, STORED_ONE, WHOLE_SPHERE,
     store, sum_parts, widths, write_tops,
 };
+use crate::blob::{Magic, take};
 use crate::brdf::point::Point;
 use crate::brdf::surface::Surface;
 use crate::brdf::vector::dot;
@@ -16,7 +17,6 @@ use crate::light::environment::Environment;
 use crate::light::guide::{self, Column, Columns, Guide, MAX_CELLS, MAX_CORNERS, Short, read};
 use crate::light::parts::{Borders, MIDDLES, PARTS};
 use crate::numeric::{exp2i, exponent, max, min};
-use crate::object::{Magic, take};
 use crate::simd::{Apart, Compute, GROUP, Level, Num, REGISTERS, compute, places, sum};
 use crate::status::{Error, Status};
 use bytemuck::{Pod, Zeroable};

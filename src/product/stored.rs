@@ -1,10 +1,10 @@
 //! A product as bytes: relocatable, without pointers, and as short as the point needs.
 
+use crate::blob::Magic;
 use crate::brdf::ggx::Refracting;
 use crate::brdf::material::MAX_LOBES;
 use crate::light::guide::{MAX_CELLS, Short};
 use crate::light::parts::{Borders, MIDDLES, PARTS};
-use crate::object::Magic;
 use crate::simd::{GROUP, Num, Whole};
 use bytemuck::{Pod, Zeroable};
 
@@ -46,7 +46,7 @@ pub struct Header {
     pub magic: u64,
     /// The content id of the environment.
     pub environment: u64,
-    /// [`checksum`](crate::object::checksum) of the product; 0: it is not to be stored.
+    /// [`checksum`](crate::blob::checksum) of the product; 0: it is not to be stored.
     pub checksum: u64,
     /// The hash of the material.
     pub material: u64,

@@ -47,7 +47,6 @@ mod level;
 mod neon;
 mod num;
 mod scalar;
-mod table;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
@@ -56,7 +55,6 @@ pub use array::A4;
 pub use level::{Compute, Level, compute, detect};
 pub use num::{GROUP, Num, REGISTERS, Whole, places, sum};
 pub use scalar::{prefetch, rank, rank16, sqrt};
-pub use table::{Blob, Table};
 
 // Four numbers, as every processor of this target has them.
 #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]

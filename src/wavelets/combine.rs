@@ -7,8 +7,8 @@
 //! of a point as the third factor this is the triple product of Ng et al. 2004 as something to sample; sums interpolate
 //! between tables, and a product of two sums is the bilinear blend of all pairs.
 
+use crate::blob::Size;
 use crate::numeric::{exp2i, exponent};
-use crate::object::Size;
 use crate::wavelets::stored::{AnyTree, Facts, Header, Parts, Refused, Stored, mean_of, of_any, store};
 use crate::wavelets::tree::{Link, MAX_DEPTH, NO_SQUARE, Tree};
 use bytemuck::{Pod, Zeroable, try_cast_slice_mut};

@@ -1,7 +1,7 @@
 //! The stored tree of an image: complete in scratch memory first, then the squares that an error budget keeps.
 
+use crate::blob::Size;
 use crate::numeric::times_power;
-use crate::object::Size;
 use crate::status::{Error, Status};
 use crate::wavelets::stored::{Facts, Header, Parts, Refused, store};
 use crate::wavelets::tree::{MAX_DEPTH, Tree, complete_len};

@@ -4,11 +4,11 @@
 //! Here each patch of the light hands its own light out to the pixels that it covers. What it hands out is its share in the light's
 //! tables, so a tree has the energy of the light, however small its sun is.
 
+use crate::blob::Size;
 use crate::light::chart::{Chart, Layout, square_of};
 use crate::light::environment::Environment;
 use crate::light::tables::{Light, Patch};
 use crate::numeric::{exponent, max, min, times_power};
-use crate::object::Size;
 use crate::simd::{Four, Num};
 use crate::sphere::Frame;
 use crate::status::{Error, Status};

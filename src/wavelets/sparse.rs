@@ -5,8 +5,8 @@
 //! such a set may be negative. Products and integrals take it as it is; a tree raises it to a floor, and then it is the
 //! raised function that is sampled, whose pdf is told and whose averages are stored.
 
+use crate::blob::Size;
 use crate::numeric::{exp2i, exponent, is_float};
-use crate::object::Size;
 use crate::status::Status;
 use crate::wavelets::morton::MAX_DEPTH;
 use crate::wavelets::stored::{AnyTree, Facts, Header, Parts, Refused, mean_of, store};

@@ -1,7 +1,7 @@
 //! A tree of one to four axes as one block of bytes without pointers: what it says of itself, then squares, then links.
 
+use crate::blob::{Magic, Part, header, write_header};
 use crate::numeric::{ContentHash, times_power};
-use crate::object::{Magic, Part, header, write_header};
 use crate::status::{Result, Status};
 use crate::wavelets::tree::{Link, MAX_DEPTH, Tree};
 use crate::wavelets::{inner, warp};

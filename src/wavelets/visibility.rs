@@ -3,8 +3,8 @@
 //! A square keeps the averages of its four children as bytes, and where its kept children stand: an indexed look-up
 //! without a hash. Where visibility is 0 or 1 nothing is lost; averages of larger squares are off by 1/510 at most.
 
+use crate::blob::{Magic, Part, Size, header, write_header};
 use crate::numeric::{ContentHash, inverse_power};
-use crate::object::{Magic, Part, Size, header, write_header};
 use crate::status::{Result, Status};
 use crate::wavelets::tree::{MAX_DEPTH, Tree};
 use crate::wavelets::triple::Quadtree;

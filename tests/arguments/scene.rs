@@ -188,7 +188,7 @@ impl Scene {
     fn build_light(&mut self) {
         let config = Block::new(&self.light_config(), 0);
         let config = config.pointer().cast();
-        let (mut items, mut handle, none) = ([0; 3], null(), null_mut());
+        let (mut items, mut handle, none) = ([0; 6], null(), null_mut());
         // SAFETY: all pointers are valid.
         unsafe {
             expect_ok(wis_environment_size(config, &mut self.light_size, none));
@@ -202,7 +202,7 @@ impl Scene {
             run(0, items[0]);
             run(1, items[1]);
             self.light_scratch[0] = scratch.to_vec();
-            run(2, items[2]);
+            (2..).zip(&items[2..]).for_each(|(pass, &count)| run(pass, count));
             self.light_scratch[1] = scratch.to_vec();
             self.light_memory[0] = memory.to_vec();
             expect_ok(wis_environment_finish(config, place, bytes, work, scratch_bytes, &mut handle, none));
@@ -457,7 +457,7 @@ impl Scene {
             "double *weight_sum" => unwritten(8),
             "float *u" | "float u[2]" | "float *point" | "float point[2]" => unwritten(8),
             "double *average" | "double *integral" => unwritten(8),
-            "uint32_t items[3]" => unwritten(12),
+            "uint32_t items[6]" => unwritten(24),
             handle if handle.contains("**") => unwritten(size_of::<*const c_void>()),
             other => panic!("no argument for {other} of {name}"),
         }

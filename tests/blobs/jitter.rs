@@ -3,9 +3,9 @@
 use super::{Kind, assert_refuses, light, long, word};
 use crate::arguments::block::Block;
 use std::ptr::{dangling, null, null_mut};
+use wis::blob::checksum;
 use wis::ffi::lights::jitter::*;
 use wis::ffi::{Diagnostic, MemorySize};
-use wis::object::checksum;
 use wis::sample::Sample;
 use wis::status::Status;
 

@@ -4,13 +4,13 @@ use super::{CONTENT_ID, Kind, assert_refuses, assert_rejected, light, put, word}
 use crate::arguments::block::Block;
 use std::mem::offset_of;
 use std::ptr::{dangling, null, null_mut};
+use wis::blob::checksum;
 use wis::ffi::material::*;
 use wis::ffi::product::*;
 use wis::ffi::sampler::{SamplerConfig, SamplerObject, wis_sampler_init, wis_sampler_size};
 use wis::ffi::sampling::{wis_invert, wis_pdf, wis_sample};
 use wis::ffi::{Diagnostic, MemorySize};
 use wis::light::parts::PARTS;
-use wis::object::checksum;
 use wis::product::info::GridInfo;
 use wis::product::stored::{Header, Places, QUADS, QUADS_OF_PARTS, Quad};
 use wis::sample::Sample;

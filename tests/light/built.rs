@@ -3,9 +3,8 @@
 use super::lookup::Map;
 pub use crate::support::Random;
 use crate::support::scenes;
-use wis::light::decode::Pixels;
 use wis::light::environment::{Environment, turn};
-use wis::light::pixels::Format;
+use wis::light::pixels::{Format, Pixels};
 use wis::light::plan::{Description, Plan};
 use wis::simd::{Compute, GROUP, Level, Num, compute, places};
 use wis::sphere::Frame;

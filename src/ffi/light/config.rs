@@ -1,13 +1,12 @@
 //! A light in the numbers of the C interface: what a client asks for, checked, and what was built.
 
-use crate::light::chart::Layout;
-use crate::light::decode::Pixels;
+use crate::light::chart::LAYOUTS;
 use crate::light::environment::Environment;
-use crate::light::pixels::{Format, check_map};
-use crate::light::plan::{Description, Filter, MAX_SIDE, Plan};
+use crate::light::pixels::{Format, Pixels};
+use crate::light::plan::{Description, Filter, Plan};
 use crate::numeric::ContentHash;
 use crate::sphere::Frame;
-use crate::status::{Error, Status};
+use crate::status::Error;
 use core::ffi::c_void;
 
 /// Columns: azimuth 2 pi (x + 1/2) / width from +x to +y. Rows: angle pi (y + 1/2) / height from +z.
@@ -16,6 +15,9 @@ pub const WIS_LAYOUT_LATLONG: u32 = 1;
 pub const WIS_LAYOUT_CUBE: u32 = 2;
 /// Equal-area octahedral square (Clarberg 2008): +z in the centre, columns along x; height = width.
 pub const WIS_LAYOUT_OCTAHEDRAL: u32 = 3;
+
+/// The passes of a build that threads share.
+pub const WIS_ENVIRONMENT_PASSES: u32 = 6;
 
 /// 32-bit floats.
 pub const WIS_FORMAT_F32: u32 = 1;
@@ -44,26 +46,14 @@ pub const WIS_ENVIRONMENT_RAYS_ONLY: u32 = 64;
 /// Negative channels count by their size instead of as 0: pdf > 0 wherever |L| > 0.
 pub const WIS_ENVIRONMENT_ABSOLUTE: u32 = 32;
 
-const ALL_FLAGS: u32 = WIS_ENVIRONMENT_ROWS_AT_POLES
-    | WIS_ENVIRONMENT_EXACT_ZERO
-    | WIS_ENVIRONMENT_COMPENSATED
-    | WIS_ENVIRONMENT_SANITISE
-    | WIS_ENVIRONMENT_LIGHT_ONLY
-    | WIS_ENVIRONMENT_RAYS_ONLY
-    | WIS_ENVIRONMENT_ABSOLUTE;
-
-/// The layout of this number.
-///
-/// # Errors
-/// [`Error`] names the field.
-pub fn layout_of(number: u32) -> Result<Layout, Error> {
-    match number {
-        WIS_LAYOUT_LATLONG => Ok(Layout::LatLong),
-        WIS_LAYOUT_CUBE => Ok(Layout::Cube),
-        WIS_LAYOUT_OCTAHEDRAL => Ok(Layout::Octahedral),
-        _ => Err(Error::range(c"layout")),
-    }
-}
+/// The switches of a description.
+const SWITCHES: [u32; 5] = [
+    WIS_ENVIRONMENT_ROWS_AT_POLES,
+    WIS_ENVIRONMENT_EXACT_ZERO,
+    WIS_ENVIRONMENT_COMPENSATED,
+    WIS_ENVIRONMENT_LIGHT_ONLY,
+    WIS_ENVIRONMENT_RAYS_ONLY,
+];
 
 /// Gives row `y` in the format of the configuration. The bytes must stay until the next call on the same
 /// thread. Null: WIS_CALLBACK_FAILED.
@@ -116,18 +106,6 @@ pub struct Request {
     pub flags: u32,
 }
 
-/// The format of this number.
-///
-/// # Errors
-/// [`Error`] names the field.
-pub fn format_of(number: u32) -> Result<Format, Error> {
-    match number {
-        WIS_FORMAT_F32 => Ok(Format::F32),
-        WIS_FORMAT_F16 => Ok(Format::F16),
-        _ => Err(Error::range(c"format")),
-    }
-}
-
 impl Request {
     /// Checks a configuration; the frame is the identity.
     ///
@@ -135,43 +113,26 @@ impl Request {
     /// [`Error`] names the field.
     pub fn new(config: &LightConfig) -> Result<Request, Error> {
         let &LightConfig { width, height, channels, flags, error_budget, .. } = config;
-        let (layout, format) = (layout_of(config.layout)?, format_of(config.format)?);
+        // Layouts are counted from 1 on.
+        let layout = LAYOUTS.get((config.layout as usize).wrapping_sub(1)).ok_or(Error::range(c"layout"))?;
+        let format = match config.format {
+            WIS_FORMAT_F32 => Format::F32,
+            WIS_FORMAT_F16 => Format::F16,
+            _ => return Err(Error::range(c"format")),
+        };
         let filter = match config.filter {
             WIS_FILTER_BILINEAR => Filter::Bilinear,
             WIS_FILTER_NEAREST => Filter::Nearest,
             _ => return Err(Error::range(c"filter")),
         };
-        let has = |flag: u32| flags & flag != 0;
-        check_map(layout, [width, height], channels)?;
-        Error::first([
-            (flags & !ALL_FLAGS == 0, c"flags"),
-            (!has(WIS_ENVIRONMENT_ROWS_AT_POLES) || layout == Layout::LatLong, c"flags"),
-            ((0.0..=1.0).contains(&error_budget), c"error_budget"),
-        ])?;
-        let faces = if layout == Layout::Cube { 6 } else { 1 };
-        for (side, field) in [(width, c"width"), (height / faces, c"height")] {
-            if side > MAX_SIDE {
-                return Err(Error::new(Status::Overflow, 0).of(field));
-            }
-        }
-        let (sanitise, absolute) = (has(WIS_ENVIRONMENT_SANITISE), has(WIS_ENVIRONMENT_ABSOLUTE));
+        let known = SWITCHES.iter().sum::<u32>() | WIS_ENVIRONMENT_SANITISE | WIS_ENVIRONMENT_ABSOLUTE;
+        Error::first([(matches!(channels, 1 | 3 | 4), c"channels"), (flags & !known == 0, c"flags")])?;
+        let [sanitise, absolute] = [WIS_ENVIRONMENT_SANITISE, WIS_ENVIRONMENT_ABSOLUTE].map(|flag| flags & flag != 0);
+        // -0 is 0.
+        let budget = if error_budget == 0.0 { 0.0 } else { error_budget };
+        let of = Description::new(*layout, [width, height], filter, budget).switched(flags, SWITCHES);
         let pixels = Pixels { channels, format, sanitise, absolute };
-        let plan = Plan::new(&Description {
-            layout,
-            width,
-            height,
-            filter,
-            rows_at_poles: has(WIS_ENVIRONMENT_ROWS_AT_POLES),
-            exact_zero: has(WIS_ENVIRONMENT_EXACT_ZERO),
-            compensated: has(WIS_ENVIRONMENT_COMPENSATED),
-            light_only: has(WIS_ENVIRONMENT_LIGHT_ONLY),
-            rays_only: has(WIS_ENVIRONMENT_RAYS_ONLY),
-            // -0 is 0.
-            budget: error_budget.abs(),
-        });
-        // What a plan refuses was refused above.
-        let plan = plan.map_err(|status| Error::new(status, 0).of(c"layout"))?;
-        Ok(Request { plan, pixels, frame: Frame::IDENTITY, flags })
+        Ok(Request { plan: Plan::new(&of)?, pixels, frame: Frame::IDENTITY, flags })
     }
 
     /// Bytes of a row of texels.
@@ -230,22 +191,13 @@ impl LightInfo {
     /// What an environment is.
     pub fn of(environment: &Environment<'_>) -> LightInfo {
         let (header, of) = (environment.header(), environment.description());
-        let flag = |on: bool, flag: u32| if on { flag } else { 0 };
         LightInfo {
             size: size_of::<LightInfo>() as u32,
-            layout: match of.layout {
-                Layout::LatLong => WIS_LAYOUT_LATLONG,
-                Layout::Cube => WIS_LAYOUT_CUBE,
-                Layout::Octahedral => WIS_LAYOUT_OCTAHEDRAL,
-            },
+            layout: of.layout as u32 + 1,
             width: of.width,
             height: of.height,
             filter: if of.filter == Filter::Bilinear { WIS_FILTER_BILINEAR } else { WIS_FILTER_NEAREST },
-            flags: flag(of.rows_at_poles, WIS_ENVIRONMENT_ROWS_AT_POLES)
-                | flag(of.exact_zero, WIS_ENVIRONMENT_EXACT_ZERO)
-                | flag(of.compensated, WIS_ENVIRONMENT_COMPENSATED)
-                | flag(of.light_only, WIS_ENVIRONMENT_LIGHT_ONLY)
-                | flag(of.rays_only, WIS_ENVIRONMENT_RAYS_ONLY),
+            flags: of.flags(SWITCHES),
             bytes: header.bytes,
             sanitised: header.sanitised,
             content_id: header.content_id,

@@ -57,7 +57,7 @@ pub unsafe extern "C" fn wis_jitter_size(
     // SAFETY: the caller's contract.
     answer(diagnostic, || unsafe {
         let (map, _) = read_map(map)?;
-        let config = Config { size: map.size(), lights: checked(config)?.light_count };
+        let config = Config { size: map.size, lights: checked(config)?.light_count };
         put_size(size, 3, config.size().ok_or(Error::new(Status::Overflow, 1)))
     })
 }
@@ -82,7 +82,7 @@ pub unsafe extern "C" fn wis_jitter_init(
     answer(diagnostic, || unsafe {
         let (map, rows) = read_map(map)?;
         let &JitterConfig { light_count, distribution, label, .. } = checked(config)?;
-        let config = Config { size: map.size(), lights: light_count };
+        let config = Config { size: map.size, lights: light_count };
         let size = config.size().ok_or(Error::new(Status::Overflow, 1))?;
         let labels: &[u32] = slice(label, config.texels(), 2).map_err(|at| at.of(c"label"))?;
         let block = block_mut(memory, bytes, size.bytes, 3)?;

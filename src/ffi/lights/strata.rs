@@ -4,8 +4,8 @@ use crate::ffi::light::rows::PixelRows;
 use crate::ffi::light::{LightConfig, read_config};
 use crate::ffi::memory::block_mut;
 use crate::ffi::{Checked, Diagnostic, MemorySize, answer, out, put_size, sized, slice, slice_mut};
-use crate::light::chart::Layout as Chart;
-use crate::light::pixels::{Layout, Pixels};
+use crate::light::chart::Layout;
+use crate::light::pixels::Pixels;
 use crate::lights::map::Map;
 use crate::lights::strata::{Config, Light};
 use crate::status::{Error, Status};
@@ -95,11 +95,10 @@ pub(super) unsafe fn read_map(map: *const LightConfig) -> Checked<(Map, PixelRow
     // SAFETY: the caller's contract.
     let (request, rows) = unsafe { read_config(map)? };
     let of = &request.plan.of;
-    Error::first([(of.layout == Chart::LatLong, c"layout"), (!of.rows_at_poles, c"flags")])
+    Error::first([(of.layout == Layout::LatLong, c"layout"), (!of.rows_at_poles, c"flags")])
         .map_err(|error| error.instead(1))?;
-    let (channels, format, sanitise) = (request.pixels.channels, request.pixels.format, request.pixels.sanitise);
-    let pixels = Pixels { layout: Layout::LatLong, width: of.width, height: of.height, channels, format };
-    Ok((Map { pixels, frame: request.frame, sanitise }, rows))
+    let pixels = Pixels { absolute: false, ..request.pixels };
+    Ok((Map { size: [of.width, of.height], pixels, frame: request.frame }, rows))
 }
 
 /// Checks a map and how to cut it.
@@ -125,7 +124,7 @@ unsafe fn read(map: *const LightConfig, config: *const StrataConfig) -> Checked<
     ])
     .map_err(|error| error.instead(2))?;
     let exponent = |i: usize| exponents.get(i).map_or(0.0, |&exponent| f64::from(exponent));
-    let [width, height] = map.size();
+    let [width, height] = map.size;
     let config = Config {
         levels: if given.levels == 0 { 6 } else { given.levels },
         radiance_exponent: exponent(0),

@@ -1,8 +1,8 @@
 //! Blocks in which trees and environments are built and opened, and where their handles go.
 
+use crate::blob::Magic;
 use crate::ffi::memory::{block_mut, stored_or};
 use crate::ffi::{Checked, out, require_none, sized, slice};
-use crate::object::Magic;
 use crate::status::Status;
 use core::ffi::c_void;
 

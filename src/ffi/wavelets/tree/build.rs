@@ -1,11 +1,11 @@
 //! Trees built in C: of pixels, of trees, of wavelets or of an environment, as the source of the configuration says.
 
 use super::{Tree, TreeInfo, view};
+use crate::blob::Size;
 use crate::ffi::light::{EnvironmentObject, environment};
 use crate::ffi::memory::block_mut;
 use crate::ffi::wavelets::memory::{Results, ordered, room_mut};
 use crate::ffi::{Checked, Diagnostic, MemorySize, answer, frame, put_size, require_all, sized, slice};
-use crate::object::Size;
 use crate::status::{Error, Status};
 use crate::wavelets::combine::{MAX_FACTORS, WIS_MAX_BLEND, add_in, multiply_in, product_size, sum_size};
 use crate::wavelets::pruned::Config;

@@ -269,7 +269,7 @@ enum wis_status wis_sampler_fault(const struct wis_sampler *sampler, struct wis_
 #define WIS_LOBE_LAMBERT_TRANSMISSION 6 /**< Diffuse transmission: `weight / pi` on the side opposite to wo. */
 #define WIS_POINT_WHOLE_SPHERE 1 /**< Directions on both sides count, with |n.wi| for the cosine. Implied by a lobe that transmits. */
 #define WIS_POINT_COSINE_INCLUDED 2 /**< The client's BRDF already contains the cosine, and so do the lobes: it is not multiplied again. */
-#define WIS_POINT_COMPENSATED 4 /**< Rays bring what exceeds the light's mean, escaping BSDF rays the rest: wis_base. Not for products. */
+#define WIS_POINT_COMPENSATED 4 /**< Rays bring what exceeds the light's mean, escaping BSDF rays the rest: wis_base. Products ignore it. */
 
 /// Directions outside all portals do not count. Without it an eighth of the rays looks elsewhere, and means are right in any case.
 #define WIS_POINT_PORTALS_COMPLETE 8

@@ -58,7 +58,7 @@ pub struct MaterialData {
 pub const WIS_POINT_WHOLE_SPHERE: u32 = 1;
 /// The client's BRDF already contains the cosine, and so do the lobes: it is not multiplied again.
 pub const WIS_POINT_COSINE_INCLUDED: u32 = 2;
-/// Rays bring what exceeds the light's mean, escaping BSDF rays the rest: wis_base. Not for products.
+/// Rays bring what exceeds the light's mean, escaping BSDF rays the rest: wis_base. Products ignore it.
 pub const WIS_POINT_COMPENSATED: u32 = 4;
 /// Directions outside all portals do not count. Without it an eighth of the rays looks elsewhere, and means are right in any case.
 pub const WIS_POINT_PORTALS_COMPLETE: u32 = 8;

@@ -8,7 +8,7 @@
  *
  * in expectation, for your own BRDF f, radiance L and visibility V. You evaluate those for the rays that you trace, and no others.
  *
- * Order of use. Most renderers need what stands before wis_visibility_cache. Once for a map: wis_environment_size, wis_environment_init.
+ * Order of use. Most renderers need the 15 functions before wis_environment_begin. Once for a map: wis_environment_size, wis_environment_init.
  * For each thread: wis_sampler_size, wis_sampler_init. For each material: wis_material_init. At a hit: wis_direct. While you integrate:
  * wis_check compares your radiance with the light that was built, wis_check_point your BSDF with the lobes. Further on: visibility of earlier
  * passes; waves of hits; wis_product_prepare, wis_sample and wis_pdf for renderers that combine samples with their own (MIS). Structured
@@ -111,10 +111,7 @@ uint32_t wis_version(void);
 #define WIS_FILTER_NEAREST 1 /**< You take the texel that holds the direction. */
 #define WIS_ENVIRONMENT_ROWS_AT_POLES 1 /**< Lat-long: the first and the last row lie at the poles: theta = pi y / (height - 1). */
 #define WIS_ENVIRONMENT_EXACT_ZERO 2 /**< Black texels get pdf 0. Otherwise none counts as darker than 2^-16 of the mean. */
-
-/// Densities and products are those of max(L - mean, L / 64) (Karlik et al. 2019): for MIS, and for WIS_POINT_COMPENSATED.
-#define WIS_ENVIRONMENT_COMPENSATED 4
-
+#define WIS_ENVIRONMENT_COMPENSATED 4 /**< Densities and products are those of max(L - mean, L / 64) (Karlik et al. 2019), for MIS. */
 #define WIS_ENVIRONMENT_SANITISE 8 /**< NaN and -Inf count as 0, +Inf as 65504, instead of being rejected. Clamp your look-up alike. */
 
 /// No products will be prepared with it, nor shared by hits: 21 kB less. wis_product_prepare answers WIS_NOT_BUILT.
@@ -182,23 +179,6 @@ enum wis_status wis_environment_size(const struct wis_environment_config *config
 enum wis_status wis_environment_init(const struct wis_environment_config *config, void *memory, size_t bytes, void *scratch,
     size_t scratch_bytes, const struct wis_environment **environment, struct wis_diagnostic *diagnostic);
 
-/// Begins a build that threads share. `items` receives the number of items of each of WIS_ENVIRONMENT_PASSES passes. Hand all items of a
-/// pass to wis_environment_run, in any portions, on any threads, before those of the next pass; then call wis_environment_finish. The bytes
-/// are those of wis_environment_init. Work: rows.
-enum wis_status wis_environment_begin(const struct wis_environment_config *config, void *scratch, size_t scratch_bytes, uint32_t items[6],
-    struct wis_diagnostic *diagnostic);
-
-/// Works on `count` items of a pass, from item `first` on. Threads may call this at once for different items. `config`: that of
-/// wis_environment_begin. `memory`: used from pass 2 on, null before; the same block in all calls from then on and in
-/// wis_environment_finish. If it is too short, the diagnostic tells the bytes that are needed, and pass 2 may be run again. `pass`: 0 to
-/// WIS_ENVIRONMENT_PASSES - 1. WIS_MISMATCH if an earlier pass is not done. Work: texels of the items.
-enum wis_status wis_environment_run(const struct wis_environment_config *config, void *memory, size_t bytes, void *scratch,
-    size_t scratch_bytes, uint32_t pass, uint32_t first, uint32_t count, struct wis_diagnostic *diagnostic);
-
-/// Ends a build whose passes are done (WIS_MISMATCH before). `memory`: that of pass 2. `environment` receives the handle. Work: texels.
-enum wis_status wis_environment_finish(const struct wis_environment_config *config, void *memory, size_t bytes, void *scratch,
-    size_t scratch_bytes, const struct wis_environment **environment, struct wis_diagnostic *diagnostic);
-
 /// Opens bytes that an earlier build wrote: copied, or mapped from a file. `bytes`: as many as wis_environment_info says, or more.
 /// `environment` receives the handle, which is the address of `memory`. WIS_CORRUPT if a byte was changed; with the field `magic` in the
 /// diagnostic if another version of wis wrote them. Reads all bytes once: 1 ms for a map of 1024 x 512. Work: bytes.
@@ -207,13 +187,6 @@ enum wis_status wis_environment_open(const void *memory, size_t bytes, const str
 
 /// Describes an environment. Work: constant.
 enum wis_status wis_environment_describe(const struct wis_environment *environment, struct wis_environment_info *info);
-
-/// Turns an environment in place; nothing is rebuilt. `memory`: the environment, which no other thread may use meanwhile. `world_from_map`:
-/// replaces the former one; a row-major 3x3 rotation or reflection, world = M map, within 1e-4; null is the identity. `environment`
-/// receives the handle. The content id changes: earlier products answer WIS_MISMATCH. A call that fails changes nothing. Costs less than
-/// 0.1 us. Work: constant.
-enum wis_status wis_environment_turn(void *memory, size_t bytes, const float world_from_map[9], const struct wis_environment **environment,
-    struct wis_diagnostic *diagnostic);
 /** @} */
 
 /** @defgroup sampler A sampler for each thread */ /** @{ */
@@ -355,8 +328,7 @@ enum wis_status wis_base(const struct wis_environment *environment, const float 
 /// `y` of the fault is its number. If all are left out, rays are those without portals; none with WIS_POINT_PORTALS_COMPLETE.
 ///
 /// With `hits_per_pixel` of 16 and more, first hits (`bounce` 0) whose lobes are all of 0.2 or wider draw from at most four products that
-/// hits of the pixel share; others, and hits with portals, have candidates. So have hits with WIS_POINT_COMPENSATED but under a light with
-/// WIS_ENVIRONMENT_COMPENSATED, and hits without it under such a light.
+/// hits of the pixel share. Others, hits with portals, and hits of which light or point alone is COMPENSATED have candidates.
 ///
 /// Path tracers, whose BSDF rays go on from the hit, may split any light: with WIS_POINT_COMPENSATED rays count (1 - base) L(wi), where
 /// `base` is wis_base of L(wi), and BSDF rays that leave the scene, also after the last hit, count base L(wi). Candidates are then 4 for
@@ -461,6 +433,33 @@ typedef struct wis_point_verdict {
 /// initialised. WIS_INVALID_TRANSFORM: normal, wo or tangent. Costs 0.1 to 2 ms besides `target`. Work: constant.
 enum wis_status wis_check_point(struct wis_sampler *sampler, const struct wis_environment *environment, const struct wis_point *point,
     struct wis_point_verdict *verdict);
+/** @} */
+
+/** @defgroup shared Builds that threads share, lights that turn */ /** @{ */
+
+/// Begins a build that threads share. `items` receives the number of items of each of WIS_ENVIRONMENT_PASSES passes. Hand all items of a
+/// pass to wis_environment_run, in any portions, on any threads, before those of the next pass; then call wis_environment_finish. The bytes
+/// are those of wis_environment_init. Work: rows.
+enum wis_status wis_environment_begin(const struct wis_environment_config *config, void *scratch, size_t scratch_bytes, uint32_t items[6],
+    struct wis_diagnostic *diagnostic);
+
+/// Works on `count` items of a pass, from item `first` on. Threads may call this at once for different items. `config`: that of
+/// wis_environment_begin. `memory`: used from pass 2 on, null before; the same block in all calls from then on and in
+/// wis_environment_finish. If it is too short, the diagnostic tells the bytes that are needed, and pass 2 may be run again. `pass`: 0 to
+/// WIS_ENVIRONMENT_PASSES - 1. WIS_MISMATCH if an earlier pass is not done. Work: texels of the items.
+enum wis_status wis_environment_run(const struct wis_environment_config *config, void *memory, size_t bytes, void *scratch,
+    size_t scratch_bytes, uint32_t pass, uint32_t first, uint32_t count, struct wis_diagnostic *diagnostic);
+
+/// Ends a build whose passes are done (WIS_MISMATCH before). `memory`: that of pass 2. `environment` receives the handle. Work: texels.
+enum wis_status wis_environment_finish(const struct wis_environment_config *config, void *memory, size_t bytes, void *scratch,
+    size_t scratch_bytes, const struct wis_environment **environment, struct wis_diagnostic *diagnostic);
+
+/// Turns an environment in place; nothing is rebuilt. `memory`: the environment, which no other thread may use meanwhile. `world_from_map`:
+/// replaces the former one; a row-major 3x3 rotation or reflection, world = M map, within 1e-4; null is the identity. `environment`
+/// receives the handle. The content id changes: earlier products answer WIS_MISMATCH. A call that fails changes nothing. Costs less than
+/// 0.1 us. Work: constant.
+enum wis_status wis_environment_turn(void *memory, size_t bytes, const float world_from_map[9], const struct wis_environment **environment,
+    struct wis_diagnostic *diagnostic);
 /** @} */
 
 /** @defgroup visibility Visibility of earlier passes */ /** @{ */

@@ -41,8 +41,7 @@ pub unsafe extern "C" fn wis_base(
 /// WIS_POINT_PORTALS_COMPLETE.
 ///
 /// With `hits_per_pixel` of 16 and more, first hits (`bounce` 0) whose lobes are all of 0.2 or wider draw from at most four products that
-/// hits of the pixel share; others, and hits with portals, have candidates. So have hits with WIS_POINT_COMPENSATED but under a light with
-/// WIS_ENVIRONMENT_COMPENSATED, and hits without it under such a light.
+/// hits of the pixel share. Others, hits with portals, and hits of which light or point alone is COMPENSATED have candidates.
 ///
 /// Path tracers, whose BSDF rays go on from the hit, may split any light: with WIS_POINT_COMPENSATED rays count (1 - base) L(wi), where
 /// `base` is wis_base of L(wi), and BSDF rays that leave the scene, also after the last hit, count base L(wi). Candidates are then 4 for

@@ -8,7 +8,7 @@
  *
  * in expectation, for your own BRDF f, radiance L and visibility V. You evaluate those for the rays that you trace, and no others.
  *
- * Order of use. Most renderers need what stands before wis_visibility_cache. Once for a map: wis_environment_size, wis_environment_init.
+ * Order of use. Most renderers need the 15 functions before wis_environment_begin. Once for a map: wis_environment_size, wis_environment_init.
  * For each thread: wis_sampler_size, wis_sampler_init. For each material: wis_material_init. At a hit: wis_direct. While you integrate:
  * wis_check compares your radiance with the light that was built, wis_check_point your BSDF with the lobes. Further on: visibility of earlier
  * passes; waves of hits; wis_product_prepare, wis_sample and wis_pdf for renderers that combine samples with their own (MIS). Structured

@@ -33,7 +33,7 @@ pub const WIS_FILTER_NEAREST: u32 = 1;
 pub const WIS_ENVIRONMENT_ROWS_AT_POLES: u32 = 1;
 /// Black texels get pdf 0. Otherwise none counts as darker than 2^-16 of the mean.
 pub const WIS_ENVIRONMENT_EXACT_ZERO: u32 = 2;
-/// Densities and products are those of max(L - mean, L / 64) (Karlik et al. 2019): for MIS, and for WIS_POINT_COMPENSATED.
+/// Densities and products are those of max(L - mean, L / 64) (Karlik et al. 2019), for MIS.
 pub const WIS_ENVIRONMENT_COMPENSATED: u32 = 4;
 /// NaN and -Inf count as 0, +Inf as 65504, instead of being rejected. Clamp your look-up alike.
 pub const WIS_ENVIRONMENT_SANITISE: u32 = 8;

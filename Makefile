@@ -176,10 +176,12 @@ triple: lib ## measure triple product integrals and write docs/measurements/trip
 	scripts/setup.sh test
 	scripts/instruments.sh $(LIB) run --bin triple -- docs/measurements/triple-2004.md
 
-renderers: ## run rpt and Mitsuba 3 as clients, test them, and write docs/renderers.md: QUICK=1 for a check
+renderers: ## run rpt, threers and Mitsuba 3 as clients, test them, and write docs/renderers.md: QUICK=1 for a check
 	scripts/setup.sh renderers
 	scripts/test-renderers.sh $(BUILD) rpt $(BUILD)/rpt.md
-	scripts/test-renderers.sh $(BUILD) mitsuba $(if $(QUICK),$(BUILD)/renderers-quick.md --quick,docs/renderers.md) --also $(BUILD)/rpt.md
+	scripts/test-renderers.sh $(BUILD) threers $(BUILD)/threers.md
+	cat $(BUILD)/rpt.md $(BUILD)/threers.md > $(BUILD)/others.md
+	scripts/test-renderers.sh $(BUILD) mitsuba $(if $(QUICK),$(BUILD)/renderers-quick.md --quick,docs/renderers.md) --also $(BUILD)/others.md
 
 cycles: ## hold a light against the look-up of Cycles, from Blender's Python module: 370 MB
 	scripts/test-renderers.sh $(BUILD) cycles

@@ -1,5 +1,5 @@
 #!/bin/sh
-# Runs renderers from registries as clients: test-renderers.sh <build folder> mitsuba <page> [--quick] | rpt <page> | cycles
+# Runs renderers from registries as clients: test-renderers.sh <build folder> mitsuba <page> [--quick] | rpt <page> | threers <page> | cycles
 set -eu
 cd "$(dirname "$0")/.."
 mkdir -p "$1"
@@ -7,8 +7,8 @@ build=$(cd "$1" && pwd)
 renderer=$2
 shift 2
 folder=ffi-tests/$renderer
-if [ "$renderer" = rpt ]; then
-    exec cargo run --quiet --release --manifest-path "$folder/Cargo.toml" --target-dir "${CARGO_TARGET_DIR:-target}/rpt" -- "$@"
+if [ -e "$folder/Cargo.toml" ]; then
+    exec cargo run --quiet --release --manifest-path "$folder/Cargo.toml" --target-dir "${CARGO_TARGET_DIR:-target}/$renderer" -- "$@"
 fi
 venv=$build/$renderer
 # Made anew when a version changes.

@@ -129,7 +129,7 @@ def text(version, wis_version, densities, found, repeats, size, also):
     checked = tests(densities, found, failures)
     lines = [
         "# wis in real renderers", "",
-        "Mitsuba 3 (PyPI) calls the Python package, rpt (crates.io) the Rust crate. A third, Cycles, can only be asked for its look-up: Blender's",
+        "Mitsuba 3 (PyPI) calls the Python package, rpt and threers (crates.io) the Rust crate. Cycles can only be asked for its look-up: Blender's",
         "Python module renders pictures, and hands out neither hits nor BSDFs. `make cycles` holds a light against it.", "",
         "## Mitsuba 3", "",
         "How many times lower the variance of the integrator `wis` ([python](../python)) is than that of Mitsuba's `direct` integrator: geometric means over maps,",

@@ -24,8 +24,8 @@ const MOST: usize = 4;
 /// The configuration of a build that is under way, for the calls that go on with one.
 pub fn config(case: &mut Case) -> Option<Vec<u8>> {
     let wanted: fn(&Build) -> bool = match case.function.name.as_str() {
-        "wis_environment_run" => |build: &Build| build.pass < 6,
-        "wis_environment_finish" => |build: &Build| build.pass == 6,
+        "wis_environment_run" => |build: &Build| build.pass < build.items.len(),
+        "wis_environment_finish" => |build: &Build| build.pass == build.items.len(),
         _ => return None,
     };
     let builds = &case.world.builds;
@@ -142,7 +142,7 @@ impl World {
                     let build = &mut self.builds[build];
                     (build.memory, build.scratch) = (memory, scratch);
                     build.done += count;
-                    if build.pass < 3 && build.done >= build.items[build.pass] {
+                    if build.items.get(build.pass).is_some_and(|items| build.done >= *items) {
                         (build.pass, build.done) = (build.pass + 1, 0);
                     }
                 }

@@ -80,16 +80,21 @@ impl Shape {
         Shape { kind: Kind::Ggx, a, b, eta: 1.0 }
     }
 
-    /// By how much microfacets turn a direction, over how much they turn what they mirror: refraction by `1 - 1 / eta` of a normal's own
-    /// turn, reflection by twice that turn.
-    pub fn bend(&self) -> f32 {
-        if self.kind == Kind::GgxTransmission { 0.5 * (1.0 - 1.0 / self.eta).abs() } else { 1.0 }
+    /// By how much microfacets turn a direction that has this cosine, across the plane of incidence, over how much they turn what they
+    /// mirror at normal incidence. Reflection: twice a normal's own turn. Refraction: `cos t - cosine / eta` of it, with the cosine of what
+    /// the mean normal lets through; beyond the critical angle that normal lets nothing through, and others spread it as mirrors do.
+    pub fn bend(&self, cosine: f32) -> f32 {
+        let square = 1.0 - (1.0 - cosine * cosine) / (self.eta * self.eta);
+        match self.kind {
+            Kind::GgxTransmission if square > 0.0 => min(0.5 * (sqrt(square) - cosine.abs() / self.eta).abs(), 1.0),
+            _ => 1.0,
+        }
     }
 
     /// The smaller alpha, or that of mirrors about as narrow; f32::MAX if it is diffuse.
     pub fn alpha(&self) -> f32 {
         match self.kind {
-            Kind::Ggx | Kind::GgxTransmission => self.bend() * min(self.a, self.b),
+            Kind::Ggx | Kind::GgxTransmission => self.bend(1.0) * min(self.a, self.b),
             Kind::Phong => sqrt(2.0 / (self.a + 2.0)),
             _ => f32::MAX,
         }

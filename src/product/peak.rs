@@ -45,9 +45,6 @@ const BEYOND: f32 = 0.75;
 /// otherwise have weights above 50.
 const FLANKS: f32 = 0.5;
 
-/// Microfacets are made no rougher than this, however little they bend what they let through.
-const WIDEST_ALPHA: f32 = 1.0;
-
 /// No Phong lobe is drawn with a smaller exponent: its directions stay so far inside its hemisphere that rounding leaves them there.
 const WIDEST: f32 = 1.0;
 
@@ -88,8 +85,10 @@ pub fn width(shape: &Shape, cosine: f32) -> f32 {
     }
 }
 
-/// A material whose lobes are all as wide as the grid resolves; `None` if they are.
-pub fn widened(material: &Material, mixture: &Mixture) -> Option<Material> {
+/// A material whose lobes, seen from a direction whose cosine is given, are all as wide as the grid resolves; `None` if they are.
+/// However little microfacets bend what they let through, they are made no rougher than the cosine squared: rougher ones let through up to
+/// twice as much at grazing views.
+pub fn widened(material: &Material, mixture: &Mixture, cosine: f32) -> Option<Material> {
     let least = mixture.resolved;
     if material.lobes().iter().all(|shape| width(shape, 1.0) >= least) {
         return None;
@@ -97,7 +96,7 @@ pub fn widened(material: &Material, mixture: &Mixture) -> Option<Material> {
     Some(material.with_shapes(|shape| match shape.kind {
         Kind::Phong => Shape { a: min(shape.a, exponent(least)), ..*shape },
         _ if shape.kind.is_ggx() => {
-            let least = min(least / shape.bend(), WIDEST_ALPHA);
+            let least = max(least, min(least / shape.bend(cosine), cosine * cosine));
             Shape { a: max(shape.a, least), b: max(shape.b, least), ..*shape }
         }
         _ => *shape,

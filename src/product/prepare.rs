@@ -204,7 +204,7 @@ impl Task<'_> {
         }
         let (lobes, allowed) = peak::choose(point.material, surface, &config.mixture);
         let peak = if allowed > 0.0 { surface.mirror() } else { [0.0; 3] };
-        let widened = widened(environment, point, &config.mixture)?;
+        let widened = widened(environment, point, &config.mixture, surface.wo()[2])?;
         let cone = Cone::new(config.cone);
         let stage = Stage::new(guide, widened.as_ref().unwrap_or(surface), (allowed, peak), &cone, work);
         let mut rest = memory;
@@ -255,8 +255,13 @@ pub fn integral(total: f32, unit: f64, power: f64) -> f64 {
 
 /// The surface with lobes that are all as wide as the grid resolves; `None` if they are. Apart, so that its stack is free again.
 #[inline(never)]
-fn widened(environment: &Environment<'_>, point: &Point<'_>, mixture: &Mixture) -> Result<Option<Surface>, Error> {
-    let Some(material) = &peak::widened(point.material, mixture) else { return Ok(None) };
+fn widened(
+    environment: &Environment<'_>,
+    point: &Point<'_>,
+    mixture: &Mixture,
+    cosine: f32,
+) -> Result<Option<Surface>, Error> {
+    let Some(material) = &peak::widened(point.material, mixture, cosine) else { return Ok(None) };
     Surface::new(&Point { material, ..*point }, &environment.frame()).map(Some)
 }
 

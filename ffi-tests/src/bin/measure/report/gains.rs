@@ -62,16 +62,15 @@ pub fn limit(cell: &Cell, count: usize) -> Option<f64> {
     limits.filter_map(|m| variance(cell, &m.name(), count, 0)).min_by(f64::total_cmp)
 }
 
-/// Variance x time of the repeats of one parity, or of all.
-fn costs(row: &Row, parity: Option<usize>, scale: Scale) -> Vec<f64> {
-    costs_in_time_of(row, row, parity, scale)
+/// Variance x time of the repeats.
+fn costs(row: &Row, scale: Scale) -> Vec<f64> {
+    costs_in_time_of(row, row, scale)
 }
 
 /// The same, in the time of another method.
-fn costs_in_time_of(timed: &Row, row: &Row, parity: Option<usize>, scale: Scale) -> Vec<f64> {
+fn costs_in_time_of(timed: &Row, row: &Row, scale: Scale) -> Vec<f64> {
     let ns = timed.times[scale.caches][scale.model].ns();
-    let kept = row.repeats.iter().enumerate().filter(|(i, _)| parity.is_none_or(|p| i % 2 == p));
-    kept.map(|(_, repeat)| METRICS[scale.metric].1(&repeat.errors[scale.region]) * ns).collect()
+    row.repeats.iter().map(|repeat| METRICS[scale.metric].1(&repeat.errors[scale.region]) * ns).collect()
 }
 
 fn comparable(ratio: [f64; 3]) -> Option<[f64; 3]> {
@@ -81,27 +80,27 @@ fn comparable(ratio: [f64; 3]) -> Option<[f64; 3]> {
 /// The gain of a method over another with its interval of 95 %; `None` if there is no error to compare.
 pub fn over(cell: &Cell, ours: &str, theirs: &str, count: usize, scale: Scale) -> Option<[f64; 3]> {
     let [theirs, ours] = [row(cell, theirs, count)?, row(cell, ours, count)?];
-    comparable(bootstrap_ratio(&costs(theirs, None, scale), &costs(ours, None, scale)))
+    comparable(bootstrap_ratio(&costs(theirs, scale), &costs(ours, scale)))
 }
 
 /// The gain that the samples of one method would have over another if they took the time of a third.
 pub fn in_time_of(cell: &Cell, timed: &str, ours: &str, theirs: &str, count: usize, scale: Scale) -> Option<f64> {
     let [timed, ours, theirs] = [row(cell, timed, count)?, row(cell, ours, count)?, row(cell, theirs, count)?];
-    Some(comparable(bootstrap_ratio(&costs(theirs, None, scale), &costs_in_time_of(timed, ours, None, scale)))?[0])
+    Some(comparable(bootstrap_ratio(&costs(theirs, scale), &costs_in_time_of(timed, ours, scale)))?[0])
 }
 
-/// The peer of a list with the smallest variance x time on the even repeats.
+/// The peer of a list with the smallest variance x time, with hindsight: a gain over it is at most that over any of the list.
 pub fn best(cell: &Cell, list: &Peers, count: usize, scale: Scale) -> Option<String> {
-    let cost = |name: &String| Some(costs(row(cell, name, count)?, Some(0), scale).iter().sum::<f64>());
+    let cost = |name: &String| Some(costs(row(cell, name, count)?, scale).iter().sum::<f64>());
     let measured = list.each.iter().map(|peer| peer.name()).filter_map(|name| Some((cost(&name)?, name)));
     measured.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, name)| name)
 }
 
-/// That peer, and the gain over it on the odd repeats.
+/// That peer, and the gain over it.
 pub fn over_best(cell: &Cell, ours: &str, list: &Peers, count: usize, scale: Scale) -> Option<(String, [f64; 3])> {
     let best = best(cell, list, count, scale)?;
-    let [theirs, own] = [row(cell, &best, count)?, row(cell, ours, count)?];
-    Some((best, comparable(bootstrap_ratio(&costs(theirs, Some(1), scale), &costs(own, Some(1), scale)))?))
+    let gain = over(cell, ours, &best, count, scale)?;
+    Some((best, gain))
 }
 
 /// What a gain is counted against.

@@ -459,7 +459,7 @@ fn method(run: &Run, slower: Times) -> Vec<Part> {
         "The client looks the map up bilinearly, but in the study of the nearest look-up. Baselines then draw from a table of twice the resolution, filled with interpolated values.".into(),
         "All methods have the same points, BRDF, look-up and rays. The client's side and the baselines compute eight lanes with the instructions of this machine. The library is the one that ships.".into(),
         format!("The {} baselines: {peers}. What their names mean stands under [Where wis loses](#where-wis-loses).", EXTENDED.each.len()),
-        "The best baseline of a cell is chosen on the even repeats and scored on the odd ones.".into(),
+        "The best baseline of a cell is chosen with hindsight, which counts against wis.".into(),
         "Measured BRDFs: a diffuse lobe and up to two of GGX are fitted to each when its file is read. Baselines draw from the measurement itself.".into(),
     ];
     vec![Part::Heading("How it was measured".into()), Part::List(items.into())]

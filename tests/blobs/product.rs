@@ -200,6 +200,9 @@ fn borders_that_the_light_does_not_have_are_refused() {
     let step = |at: usize| i16::from_ne_bytes(even[at..at + 2].try_into().unwrap());
     assert_eq!((step(border), number(end)), (1 << 13, 0.25 * number(end + 4 * (PARTS - 1))));
     assert_eq!(KIND.open_sealed(&even), Status::Ok);
+    let mut alone = even.clone();
+    put(&mut alone, border, &(step(border) / 2).to_ne_bytes());
+    assert_rejected(KIND.open_sealed(&alone), "a border");
     let mut moved = even.clone();
     put(&mut moved, end, &(0.5 * number(end)).to_ne_bytes());
     put(&mut moved, border, &(step(border) / 2).to_ne_bytes());

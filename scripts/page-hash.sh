@@ -10,7 +10,7 @@ sources() {
             find c-examples/direct.h c-examples/gallery c-examples/render -name '*.[ch]' -not -name 'page.*' ;;
         pathtracer-page) find c-examples/direct.h c-examples/pathtracer c-examples/render -name '*.[ch]' -not -name 'small.c' ;;
         hardcases) find ffi-tests/src/bin/hardcases.rs ffi-tests/src/hardcases -name '*.rs' ;;
-        renderers) find ffi-tests/mitsuba ffi-tests/rpt ffi-tests/threers python/wisdirect -name '*.py' -o -name '*.rs' -o -name requirements.txt ;;
+        renderers) find ffi-tests/mitsuba ffi-tests/pictures.rs ffi-tests/rpt ffi-tests/threers python/wisdirect -name '*.py' -o -name '*.rs' -o -name requirements.txt ;;
         *)
             echo c-examples/direct.h
             find ffi-tests/src -name '*.c' -o -name '*.rs' -not -path '*/bin/*' -not -path '*/hardcases/*'

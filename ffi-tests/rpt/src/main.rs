@@ -2,7 +2,11 @@
 //!
 //! rpt samples an environment by BSDF samples only. Writes a section of docs/renderers.md: `wis-rpt FILE`.
 
+#[path = "../../pictures.rs"]
+mod pictures;
+
 use anyhow::{Context, Result, anyhow, ensure};
+use pictures::Pictures;
 use rand::{Rng, SeedableRng, rngs::StdRng};
 use rpt::glm::{self, DVec3};
 use rpt::{
@@ -174,12 +178,6 @@ fn picture(scene: &Scene, seed: u64, light: &mut Light<'_>) -> Result<(Vec<f64>,
     Ok((picture, start.elapsed().as_secs_f64()))
 }
 
-/// Repeats of a picture, and the least time of one.
-struct Pictures {
-    of: Vec<Vec<f64>>,
-    seconds: f64,
-}
-
 impl Pictures {
     fn take(mut one: impl FnMut(u64) -> Result<(Vec<f64>, f64)>) -> Result<Pictures> {
         let mut pictures = Pictures { of: Vec::new(), seconds: f64::INFINITY };
@@ -190,31 +188,6 @@ impl Pictures {
         }
         Ok(pictures)
     }
-
-    /// The mean over a region, and its standard error.
-    fn mean(&self, region: &[usize]) -> (f64, f64) {
-        let means = self.of.iter().map(|picture| region.iter().map(|&i| picture[i]).sum::<f64>() / region.len() as f64);
-        let (mean, variance) = moments(&means.collect::<Vec<f64>>());
-        (mean, (variance / PICTURES as f64).sqrt())
-    }
-
-    /// The relative and the absolute variance of a pixel, as means over a region. Relative: over the square of the mean + 1 %.
-    fn variance(&self, region: &[usize], truth: &[f64]) -> [f64; 2] {
-        let least = 0.01 * truth.iter().sum::<f64>() / truth.len() as f64;
-        let mut sums = [0.0; 2];
-        for &i in region {
-            let (_, variance) = moments(&self.of.iter().map(|picture| picture[i]).collect::<Vec<f64>>());
-            sums[0] += variance / (truth[i] + least).powi(2) / region.len() as f64;
-            sums[1] += variance / region.len() as f64;
-        }
-        sums
-    }
-}
-
-/// The mean and the variance of numbers.
-fn moments(of: &[f64]) -> (f64, f64) {
-    let mean = of.iter().sum::<f64>() / of.len() as f64;
-    (mean, of.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (of.len() - 1) as f64)
 }
 
 /// A picture of rpt's own renderer, decoded from its 8 bits. One bounce: environment light that a BSDF sample meets.

@@ -3,7 +3,11 @@
 //!
 //! Writes a section of docs/renderers.md: `wis-threers FILE`.
 
+#[path = "../../pictures.rs"]
+mod pictures;
+
 use anyhow::{Context, Result, anyhow, ensure};
+use pictures::Pictures;
 use std::fmt::Write;
 use std::sync::Arc;
 use threers::core::{Mesh, Object3D};
@@ -143,12 +147,6 @@ fn luminance(colour: Vector3) -> f64 {
 /// A sample of a pixel, 0 where nothing is hit; the number is that of the pixel.
 type Sample<'a> = dyn FnMut(Vector3, u32, u32, &mut Rng) -> Result<f64> + 'a;
 
-/// Luminance pixel by pixel, and the seconds of the processor that a picture took.
-struct Pictures {
-    of: Vec<Vec<f64>>,
-    seconds: f64,
-}
-
 impl Pictures {
     fn take(first_seed: u64, sample: &mut Sample<'_>) -> Result<Pictures> {
         let mut pictures = Pictures { of: Vec::new(), seconds: f64::INFINITY };
@@ -171,37 +169,12 @@ impl Pictures {
         }
         Ok(pictures)
     }
-
-    /// The mean over a region, and its standard error.
-    fn mean(&self, region: &[usize]) -> (f64, f64) {
-        let means = self.of.iter().map(|picture| region.iter().map(|&i| picture[i]).sum::<f64>() / region.len() as f64);
-        let (mean, variance) = moments(&means.collect::<Vec<f64>>());
-        (mean, (variance / PICTURES as f64).sqrt())
-    }
-
-    /// The relative and the absolute variance of a pixel, as means over a region. Relative: over the square of the mean + 1 %.
-    fn variance(&self, region: &[usize], truth: &[f64]) -> [f64; 2] {
-        let least = 0.01 * truth.iter().sum::<f64>() / truth.len() as f64;
-        let mut sums = [0.0; 2];
-        for &i in region {
-            let (_, variance) = moments(&self.of.iter().map(|picture| picture[i]).collect::<Vec<f64>>());
-            sums[0] += variance / (truth[i] + least).powi(2) / region.len() as f64;
-            sums[1] += variance / region.len() as f64;
-        }
-        sums
-    }
 }
 
 /// Of this thread, so that other programs change nothing.
 fn processor_seconds() -> Result<f64> {
     let text = std::fs::read_to_string("/proc/thread-self/schedstat")?;
     Ok(1e-9 * text.split(' ').next().context("schedstat is empty")?.parse::<f64>()?)
-}
-
-/// The mean and the variance of numbers.
-fn moments(of: &[f64]) -> (f64, f64) {
-    let mean = of.iter().sum::<f64>() / of.len() as f64;
-    (mean, of.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (of.len() - 1) as f64)
 }
 
 fn blocks(bytes: usize) -> Vec<Block> {

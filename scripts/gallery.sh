@@ -10,7 +10,8 @@ page=$3
 if [ -z "$page" ]; then
     "$build/gallery-program" --out "$build/gallery" --data "$data" ${4:+--map "$4"}
 else
-    "$build/gallery-program" --out "$build/gallery" --data "$data" --page docs/gallery.md
+    # Longer references than a look at the gallery needs: the page shows them.
+    "$build/gallery-program" --out "$build/gallery" --data "$data" --reference 40 --page docs/gallery.md
     { echo && scripts/provenance.sh gallery; } >> docs/gallery.md
     mkdir -p docs/gallery
     # The pictures that the page shows.

@@ -6,6 +6,7 @@ set -eu
 # Each line: the package, and a command or a pattern of files that shows it is there.
 demo_needs="
 binutils    objcopy
+fonts-dejavu-core /usr/share/fonts/truetype/dejavu/DejaVuSans.ttf
 g++         g++
 gcc         gcc
 libc6-dev   /usr/include/stdlib.h

@@ -18,9 +18,9 @@
 #define SAMPLES 4u
 /* Rays are cheap here, and a pixel has many: more camera rays gain more than a better choice at each hit. */
 #define CANDIDATES_PER_RAY 4u
-/* The magnified part, in pixels. */
-#define CROP_WIDTH 240
-#define CROP_HEIGHT 160
+/* The magnified part, in pixels: three of them are 1280 wide. */
+#define CROP_WIDTH 210
+#define CROP_HEIGHT 180
 
 typedef struct Options {
     const char *out, *data, *map, *only, *page;
@@ -101,7 +101,7 @@ static uint32_t placed(float share, uint32_t size, uint32_t part) {
     return (uint32_t)fmaxf(0.0f, fminf(first, (float)(size - part)));
 }
 
-/* MIS beside wis_direct, the truth, and a part of the first, magnified. */
+/* MIS beside wis_direct, the truth, and a part of all three, magnified. */
 static bool write_pictures(const Studio *s, const Options *o, const Result *r) {
     const Picture *p = r->picture;
     const Verdict *v = &r->verdict;
@@ -109,7 +109,7 @@ static bool write_pictures(const Studio *s, const Options *o, const Result *r) {
     Easel easel = {c, &s->light, &s->films, panel_exposure(&s->films, p->exposure)};
     uint32_t width = c->width < CROP_WIDTH ? c->width : CROP_WIDTH, height = c->height < CROP_HEIGHT ? c->height : CROP_HEIGHT;
     Window part = {placed(p->crop_x, c->width, width), placed(p->crop_y, c->height, height), width, height, 2};
-    Panel panels[2] = {{&s->films.method[MIS], {0}}, {&s->films.method[DIRECT], {0}}}, truth = {NULL, "the reference"};
+    Panel panels[3] = {{&s->films.method[MIS], {0}}, {&s->films.method[DIRECT], {0}}, {NULL, "reference"}};
     static const int methods[2] = {MIS, DIRECT};
     static const char *const names[2] = {"MIS", "wis_direct"};
     char path[512], below[256];
@@ -123,12 +123,13 @@ static bool write_pictures(const Studio *s, const Options *o, const Result *r) {
     snprintf(path, sizeof path, "%s/%s.png", o->out, p->name);
     written = panel_write(&easel, panel_all(c), panels, 2, 2, below, path);
     snprintf(path, sizeof path, "%s/%s-truth.png", o->out, p->name);
-    written = panel_write(&easel, panel_all(c), &truth, 1, 1, NULL, path) && written;
+    written = panel_write(&easel, panel_all(c), panels + 2, 1, 1, NULL, path) && written;
     for (int i = 0; i < 2; i++) {
-        snprintf(panels[i].caption, sizeof panels[i].caption, "%s, %.1f s", names[i], v->seconds[methods[i]]);
+        snprintf(panels[i].caption, sizeof panels[i].caption, "%s, %.1f s, relative MSE %.4f", names[i], v->seconds[methods[i]],
+                 v->score[methods[i]].relative);
     }
     snprintf(path, sizeof path, "%s/%s-crop.png", o->out, p->name);
-    return (panel_write(&easel, part, panels, 2, 2, NULL, path) && written) || complain(o->out, "cannot be written");
+    return (panel_write(&easel, part, panels, 3, 3, NULL, path) && written) || complain(o->out, "cannot be written");
 }
 
 static bool render(const Options *o, const Picture *p, Result *r) {

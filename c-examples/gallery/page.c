@@ -143,9 +143,9 @@ bool page_write(const Page *page, const char *path) {
         const Picture *p = page->results[i].picture;
         const Verdict *v = &page->results[i].verdict;
         if (p->in_page) {
-            fprintf(f, "![%s: MIS to the left, wis_direct to the right](gallery/%s.png)\n\n*A part of **%s**: %s; %s. MIS to the left, "
-                       "`wis_direct` to the right, %.1f s each.\nThe relative MSE is %.4f with MIS and %.4f with `wis_direct`.*\n\n",
-                    p->name, p->name, p->name, p->surface, p->light, v->seconds[DIRECT], v->score[MIS].relative, v->score[DIRECT].relative);
+            fprintf(f, "![%s: MIS, wis_direct, reference](gallery/%s.png)\n\n*A part of **%s**: %s; %s. MIS and `wis_direct` took "
+                       "%.1f s each. The relative MSE is\nthat of the whole picture.*\n\n",
+                    p->name, p->name, p->name, p->surface, p->light, v->seconds[DIRECT]);
         }
     }
     fputs("## Gains at equal time\n\nError of the other method over that of `wis_direct`. Above 1x, `wis_direct` is better. With visibility: "

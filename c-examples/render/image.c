@@ -1,25 +1,22 @@
-/* Tone mapping, a bitmap font and PNG output through the stb libraries. */
+/* Tone mapping; text and PNG output through the stb libraries. */
 #include "image.h"
 
 #include <float.h>
+#include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
-#include <stb/stb_easy_font.h>
 #include <stb/stb_image_write.h>
+#include <stb/stb_truetype.h>
 
-#define TEXT_SCALE 2.0f
-#define TEXT_GREY 225
-#define MAX_QUADS 2048
+/* Of the Debian package fonts-dejavu-core, which scripts/setup.sh installs. */
+#ifndef FONT
+#define FONT "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf"
+#endif
+#define TEXT_HEIGHT 17.0f
+#define TEXT_GREY 230
 
 /* The radiance, times exposure, that is drawn white. */
 #define WHITE 6.0f
-
-/* As stb_easy_font lays its vertices out. */
-typedef struct Vertex {
-    float x, y, z;
-    unsigned char colour[4];
-} Vertex;
 
 bool image_init(Image *image, uint32_t width, uint32_t height) {
     image->width = width;
@@ -53,29 +50,57 @@ void image_set(Image *image, uint32_t x, uint32_t y, Vec3 radiance, float exposu
     rgb[2] = tone_map(exposure, radiance.z);
 }
 
-static uint32_t clip(float value, uint32_t limit) {
-    return value < (float)limit ? (uint32_t)value : limit;
+/* The bytes of the font, from malloc; NULL if it is not there. */
+static unsigned char *read_font(void) {
+    FILE *f = fopen(FONT, "rb");
+    unsigned char *bytes = NULL;
+    long size;
+    if (f == NULL) {
+        return NULL;
+    }
+    if (fseek(f, 0, SEEK_END) == 0 && (size = ftell(f)) > 0 && fseek(f, 0, SEEK_SET) == 0) {
+        bytes = malloc((size_t)size);
+        if (bytes != NULL && fread(bytes, 1, (size_t)size, f) != (size_t)size) {
+            free(bytes);
+            bytes = NULL;
+        }
+    }
+    fclose(f);
+    return bytes;
 }
 
-static void fill(Image *image, float left, float top, float right, float bottom) {
-    for (uint32_t y = clip(top, image->height); y < clip(bottom, image->height); y++) {
-        for (uint32_t x = clip(left, image->width); x < clip(right, image->width); x++) {
-            memset(pixel(image, x, y), TEXT_GREY, 3);
+/* Blends a glyph's coverage over black, as far as it lies in the image. */
+static void blend(Image *image, int left, int top, const unsigned char *coverage, int width, int height) {
+    for (int j = 0; j < height; j++) {
+        for (int i = 0; i < width; i++) {
+            int x = left + i, y = top + j;
+            if (x >= 0 && y >= 0 && (uint32_t)x < image->width && (uint32_t)y < image->height) {
+                unsigned char *rgb = pixel(image, (uint32_t)x, (uint32_t)y), grey = (unsigned char)(coverage[j * width + i] * TEXT_GREY / 255);
+                rgb[0] = rgb[0] > grey ? rgb[0] : grey;
+                rgb[1] = rgb[1] > grey ? rgb[1] : grey;
+                rgb[2] = rgb[2] > grey ? rgb[2] : grey;
+            }
         }
     }
 }
 
 void image_text(Image *image, uint32_t x, uint32_t y, const char *text) {
-    Vertex vertices[4 * MAX_QUADS];
-    char copy[256] = {0};
-    int quads;
-    strncpy(copy, text, sizeof copy - 1);
-    quads = stb_easy_font_print(0, 0, copy, NULL, vertices, (int)sizeof vertices);
-    for (int i = 0; i < quads; i++) {
-        const Vertex *upper_left = &vertices[4 * i], *lower_right = &vertices[4 * i + 2];
-        fill(image, (float)x + TEXT_SCALE * upper_left->x, (float)y + TEXT_SCALE * upper_left->y,
-             (float)x + TEXT_SCALE * lower_right->x, (float)y + TEXT_SCALE * lower_right->y);
+    unsigned char *bytes = read_font();
+    stbtt_fontinfo font;
+    if (bytes != NULL && stbtt_InitFont(&font, bytes, stbtt_GetFontOffsetForIndex(bytes, 0))) {
+        float scale = stbtt_ScaleForPixelHeight(&font, TEXT_HEIGHT), at = (float)x;
+        int ascent, descent, gap;
+        stbtt_GetFontVMetrics(&font, &ascent, &descent, &gap);
+        for (; *text != '\0'; text++) {
+            int width, height, left, top, advance, bearing;
+            unsigned char *glyph = stbtt_GetCodepointBitmapSubpixel(&font, scale, scale, at - floorf(at), 0.0f, *text, &width, &height, &left, &top);
+            blend(image, (int)floorf(at) + left, (int)((float)y + scale * (float)ascent) + top, glyph, width, height);
+            stbtt_FreeBitmap(glyph, NULL);
+            stbtt_GetCodepointHMetrics(&font, *text, &advance, &bearing);
+            at += scale * (float)(advance + stbtt_GetCodepointKernAdvance(&font, text[0], text[1]));
+        }
     }
+    free(bytes);
 }
 
 bool image_write_png(const Image *image, const char *path) {

@@ -20,7 +20,7 @@ void image_free(Image *image);
 /* Draws linear radiance times exposure. */
 void image_set(Image *image, uint32_t x, uint32_t y, Vec3 radiance, float exposure);
 
-/* Draws ASCII text with its upper left corner at (x, y), 14 pixels high. */
+/* Draws a line of ASCII text on black below (x, y), 17 pixels high; none on a machine without the font. */
 void image_text(Image *image, uint32_t x, uint32_t y, const char *text);
 
 bool image_write_png(const Image *image, const char *path);

@@ -67,7 +67,7 @@ bool panel_write(const Easel *e, Window w, const Panel *panels, uint32_t count, 
     for (uint32_t i = 0; i < count; i++) {
         uint32_t x = PANEL_GUTTER + i % columns * (width + PANEL_GUTTER), y = i / columns * (height + PANEL_CAPTION) + PANEL_CAPTION;
         draw(e, &image, x, y, w, panels[i].film);
-        image_text(&image, x + 2, y - PANEL_CAPTION + 5, panels[i].caption);
+        image_text(&image, x + 2, y - PANEL_CAPTION + 3, panels[i].caption);
     }
     if (below != NULL) {
         image_text(&image, PANEL_GUTTER + 2, image.height - PANEL_CAPTION + 3, below);

@@ -64,7 +64,8 @@ typedef enum wis_status {
   /// A matrix is not a rotation or reflection within 1e-4, a direction is not of unit length within 1e-3, or the tangent that an
   /// anisotropic lobe needs is 0 or parallel to the normal.
   WIS_INVALID_TRANSFORM = 8,
-  WIS_MISMATCH = 9, /**< The product was prepared with another environment, or the memory does not hold such an object. */
+  /// The memory holds no such object, or one that is not finished; or the product was prepared with another environment.
+  WIS_MISMATCH = 9,
   WIS_CORRUPT = 10, /**< Not an object that this version wrote: `field` of the diagnostic is `magic`; null if bytes were changed. */
   WIS_ZERO_DENSITY = 11, /**< The density of that direction is 0: no u leads there. */
   WIS_CALLBACK_FAILED = 12, /**< A callback failed or returned a value that is NaN, infinite or negative. */

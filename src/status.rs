@@ -26,7 +26,7 @@ pub enum Status {
     /// A matrix is not a rotation or reflection within 1e-4, a direction is not of unit length within 1e-3, or the tangent
     /// that an anisotropic lobe needs is 0 or parallel to the normal.
     InvalidTransform = 8,
-    /// The product was prepared with another environment, or the memory does not hold such an object.
+    /// The memory holds no such object, or one that is not finished; or the product was prepared with another environment.
     Mismatch = 9,
     /// Not an object that this version wrote: `field` of the diagnostic is `magic`; null if bytes were changed.
     Corrupt = 10,
@@ -55,7 +55,7 @@ impl Status {
             Status::InvalidTransform => {
                 c"a matrix is no rotation or reflection, a direction not of unit length, or a tangent along the normal"
             }
-            Status::Mismatch => c"the product was prepared with another environment",
+            Status::Mismatch => c"no such object, one that is not finished, or a product of another environment",
             Status::Corrupt => c"the bytes are not a valid object of this version",
             Status::ZeroDensity => c"the density of the direction is zero",
             Status::CallbackFailed => c"a callback failed or returned an invalid value",

@@ -45,9 +45,13 @@ fn config(w: &mut World, texels: usize) -> f64 {
     w.of("wis_environment_config", &map)
 }
 
-fn light(w: &mut World, texels: usize) -> f64 {
+fn built(w: &mut World, texels: usize) -> f64 {
     let config = config(w, texels);
     w.call("wis_environment_init", &vec![("config", config)])
+}
+
+fn light(w: &mut World, texels: usize) -> f64 {
+    w.once(format!("light {texels}"), |w| built(w, texels))
 }
 
 fn small(w: &mut World) {
@@ -75,7 +79,7 @@ fn environments(w: &mut World) {
     });
     w.curve("wis_environment_describe", "texels", &TEXELS, constant, |w, n| vec![("environment", light(w, n))]);
     w.curve("wis_environment_turn", "texels", &TEXELS, constant, |w, n| {
-        vec![("memory", light(w, n)), ("bytes", w.sizes[0] as f64)]
+        vec![("memory", built(w, n)), ("bytes", w.sizes[0] as f64)]
     });
     // Strata take as long as hundreds of thousands of texels.
     w.at_most("wis_environment_init", "texels", &BUILDS, linear, |w, n| vec![("config", config(w, n))]);

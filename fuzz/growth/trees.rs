@@ -31,8 +31,10 @@ fn noise<'a>(w: &mut World, axes: u32, depth: u32, seed: u64) -> Values<'a> {
 }
 
 pub fn stored(w: &mut World, axes: u32, depth: u32, seed: u64) -> f64 {
-    let config = noise(w, axes, depth, seed);
-    w.call("wis_tree_init", &config)
+    w.once(format!("tree {axes} {depth} {seed}"), |w| {
+        let config = noise(w, axes, depth, seed);
+        w.call("wis_tree_init", &config)
+    })
 }
 
 /// A planar tree of so many pixels.

@@ -22,6 +22,10 @@ pub struct World {
     only: String,
     counted: usize,
     blocks: Vec<Vec<u128>>,
+    /// What several curves read, by a name: built once, with the sizes that were asked for last.
+    kept: BTreeMap<String, (f64, [usize; 2])>,
+    /// The memory of it.
+    kept_blocks: Vec<Vec<u128>>,
     /// What the last size query answered: bytes, and bytes of scratch memory.
     pub sizes: [usize; 2],
 }
@@ -49,7 +53,22 @@ impl World {
             ensure!(!address.is_null(), "{library} has no {}", function.name);
             addresses.insert(function.name.clone(), address);
         }
-        Ok(World { headers, addresses, only: only.into(), counted: 0, blocks: Vec::new(), sizes: [0; 2] })
+        let (kept, kept_blocks) = (BTreeMap::new(), Vec::new());
+        let only = only.into();
+        Ok(World { headers, addresses, only, counted: 0, blocks: Vec::new(), kept, kept_blocks, sizes: [0; 2] })
+    }
+
+    /// What `make` answers, made at the first call with that name: what no later call writes.
+    pub fn once(&mut self, name: String, make: impl FnOnce(&mut World) -> f64) -> f64 {
+        if !self.kept.contains_key(&name) {
+            let before = std::mem::take(&mut self.blocks);
+            let made = make(self);
+            self.kept_blocks.extend(std::mem::replace(&mut self.blocks, before));
+            self.kept.insert(name.clone(), (made, self.sizes));
+        }
+        let (made, sizes) = self.kept[&name];
+        self.sizes = sizes;
+        made
     }
 
     /// Measures a function at each size of an input, with the arguments that `of` answers. `stated`: what its work is at most proportional
@@ -223,17 +242,23 @@ impl World {
     /// Structs one after the other.
     pub fn list(&mut self, name: &str, elements: &[Values]) -> f64 {
         let layout = self.headers.layouts[name].clone();
+        let size = layout.fields.first().filter(|first| first.path == "size").map(|_| ("size", layout.size as f64));
+        // The fields of each path: most elements have the same paths.
+        let mut meant: BTreeMap<String, Vec<Field>> = BTreeMap::new();
         let mut bytes = vec![0; layout.size * elements.len()];
         for (element, fields) in bytes.chunks_mut(layout.size).zip(elements) {
-            let size = layout.fields.first().filter(|first| first.path == "size").map(|_| ("size", layout.size as f64));
             for (path, value) in size.iter().chain(fields) {
-                // "weight*" is all numbers whose paths begin so.
-                let is_meant = |field: &&Field| match path.strip_suffix('*') {
-                    Some(begin) => field.path.starts_with(begin),
-                    None => field.path == *path,
-                };
-                assert!(layout.fields.iter().any(|field| is_meant(&field)), "no field {path} of {name}");
-                for field in layout.fields.iter().filter(is_meant) {
+                if !meant.contains_key(*path) {
+                    // "weight*" is all numbers whose paths begin so.
+                    let is_meant = |field: &&Field| match path.strip_suffix('*') {
+                        Some(begin) => field.path.starts_with(begin),
+                        None => field.path == *path,
+                    };
+                    let found: Vec<Field> = layout.fields.iter().filter(is_meant).cloned().collect();
+                    assert!(!found.is_empty(), "no field {path} of {name}");
+                    meant.insert(path.to_string(), found);
+                }
+                for field in &meant[*path] {
                     let bits = bits(field.scalar, *value).to_le_bytes();
                     element[field.offset..][..field.scalar.size()].copy_from_slice(&bits[..field.scalar.size()]);
                 }

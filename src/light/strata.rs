@@ -14,7 +14,8 @@ use super::map::{WHOLE, solid_angle};
 use super::plan::Plan;
 use super::radiance::{DIM, decode};
 use super::tables::Light;
-use crate::numeric::{max, min, sqrt};
+use crate::numeric::sqrt;
+use crate::simd::{Four, Num};
 use bytemuck::{Pod, Zeroable};
 use core::f64::consts::PI;
 
@@ -53,8 +54,6 @@ const FINEST: u32 = 12;
 const BITS: u32 = 24;
 /// The most cells of a grid along an axis.
 const GRID: usize = 64;
-/// So many cells of a row are integrated together.
-const TOGETHER: usize = 16;
 /// So many of those in which light crosses what the mean leaves.
 const ACROSS: usize = 8;
 /// Cells at the top of the pyramid along an axis.
@@ -456,8 +455,8 @@ impl Field<'_> {
 
     /// What exceeds the mean, or a share of the light.
     #[inline(always)]
-    fn excess(&self, light: f32) -> f32 {
-        max(light - 1.0, DIM * light)
+    fn excess(&self, light: Four) -> Four {
+        (light - 1.0).max(light * DIM)
     }
 
     /// Light and solid angle at the borders of cells along a line.
@@ -546,43 +545,30 @@ impl Field<'_> {
         const GAUSS: [f32; 2] = [0.211_324_87, 0.788_675_1];
         let (next, kink) = (usize::from(self.light.bilinear), 1.0 / (1.0 - DIM));
         let below_light = if self.light.bilinear { &below.light } else { &above.light };
-        let mut across = [false; GRID];
-        let height = row.height;
-        let parts = row.light.chunks_exact_mut(TOGETHER).zip(row.square.chunks_exact_mut(TOGETHER));
-        let parts = parts.zip(row.angle.chunks_exact_mut(TOGETHER)).zip(across.chunks_exact_mut(TOGETHER));
-        let starts = (0..count.min(GRID)).step_by(TOGETHER);
-        for (first, (((sums, all_squares), angles), across)) in starts.zip(parts) {
-            let take = |[above, below]: [&[f32]; 2], next: usize| {
-                [part(above, first), part(above, first + next), part(below, first), part(below, first + next)]
+        let mut across = 0u64;
+        let (height, kink) = (row.height, Four::splat(kink));
+        for first in (0..count.min(GRID)).step_by(Four::WIDTH) {
+            let corners = |above: &[f32], below: &[f32], next: usize| {
+                [(above, 0), (above, next), (below, 0), (below, next)].map(|(line, next)| Four::at(line, first + next))
             };
-            let light = take([&above.light, below_light], next & 1);
-            let angle = take([&above.angle, &below.angle], 1);
-            let width = part(&row.width, first);
-            let mut of = [[0.0; TOGETHER]; 3];
-            for i in 0..TOGETHER {
-                let [a, b, c, d] = [light[0][i], light[1][i], light[2][i], light[3][i]];
-                let [p, q, r, s] = [angle[0][i], angle[1][i], angle[2][i], angle[3][i]];
-                let [a, b, c, d] = [a, b, c, d].map(|light| self.excess(light));
-                let (mut sum, mut squares) = (0.0, 0.0);
-                for t in GAUSS {
-                    let [left, right] = [(a + (c - a) * t) * (p + (r - p) * t), (b + (d - b) * t) * (q + (s - q) * t)];
-                    sum += left + right;
-                    squares += left * left + left * right + right * right;
-                }
-                let area = width[i] * height;
-                of[0][i] = 0.25 * area * sum;
-                of[1][i] = area * squares * (1.0 / 6.0);
-                of[2][i] = 0.25 * area * ((p + q) + (r + s));
+            let light = corners(&above.light, below_light, next);
+            let [p, q, r, s] = corners(&above.angle, &below.angle, 1);
+            let [a, b, c, d] = light;
+            let is_across = Four::and(a.min(b).min(c.min(d)).lt(kink), kink.lt(a.max(b).max(c.max(d))));
+            across |= u64::from(Four::bits(is_across)) << first;
+            let [a, b, c, d] = light.map(|light| self.excess(light));
+            let (mut sum, mut squares) = (Four::splat(0.0), Four::splat(0.0));
+            for t in GAUSS {
+                let [left, right] = [(a + (c - a) * t) * (p + (r - p) * t), (b + (d - b) * t) * (q + (s - q) * t)];
+                sum = sum + (left + right);
+                squares = squares + (left * left + left * right + right * right);
             }
-            for (i, across) in (0..TOGETHER).zip(across) {
-                let [a, b, c, d] = [light[0][i], light[1][i], light[2][i], light[3][i]];
-                *across = min(min(a, b), min(c, d)) < kink && kink < max(max(a, b), max(c, d));
-            }
-            for (out, of) in [sums, all_squares, angles].into_iter().zip(&of) {
-                out.copy_from_slice(of);
-            }
+            let area = Four::at(&row.width, first) * height;
+            (area * 0.25 * sum).write(&mut row.light, first);
+            (area * squares * (1.0 / 6.0)).write(&mut row.square, first);
+            (area * 0.25 * ((p + q) + (r + s))).write(&mut row.angle, first);
         }
-        let mut cells = (0..count.min(GRID)).filter(|i| across[i % GRID]);
+        let mut cells = (0..count.min(GRID)).filter(|i| across >> i & 1 != 0);
         loop {
             let (mut group, mut found) = ([0; ACROSS], 0);
             for (place, cell) in group.iter_mut().zip(&mut cells) {
@@ -608,25 +594,25 @@ impl Field<'_> {
     #[inline(never)]
     fn means_across(&self, light: &[[f32; ACROSS]; 4], angle: &[[f32; ACROSS]; 4]) -> [[f32; ACROSS]; 2] {
         const AT: [f32; 4] = [0.125, 0.375, 0.625, 0.875];
-        let mix = |a: f32, b: f32, t: f32| a + (b - a) * t;
-        let [mut sums, mut squares] = [[0.0; ACROSS]; 2];
-        for t in AT {
-            let mut ends = [[0.0; ACROSS]; 4];
-            for (k, ends) in ends.iter_mut().enumerate() {
-                let of = if k < 2 { light } else { angle };
-                for (i, end) in ends.iter_mut().enumerate() {
-                    *end = mix(of[k & 1][i], of[(k & 1) + 2][i], t);
+        let mix = |a: Four, b: Four, t: f32| a + (b - a) * t;
+        let mut means = [[0.0; ACROSS]; 2];
+        for first in (0..ACROSS).step_by(Four::WIDTH) {
+            let [light, angle] = [light, angle].map(|of| of.each_ref().map(|of| Four::at(of, first)));
+            let (mut sum, mut squares) = (Four::splat(0.0), Four::splat(0.0));
+            for t in AT {
+                let ends = |[a, b, c, d]: [Four; 4]| [mix(a, c, t), mix(b, d, t)];
+                let ([a, b], [p, q]) = (ends(light), ends(angle));
+                for s in AT {
+                    let g = self.excess(mix(a, b, s)) * mix(p, q, s);
+                    sum = sum + g;
+                    squares = squares + g * g;
                 }
             }
-            for s in AT {
-                for i in 0..ACROSS {
-                    let g = self.excess(mix(ends[0][i], ends[1][i], s)) * mix(ends[2][i], ends[3][i], s);
-                    sums[i] += g;
-                    squares[i] += g * g;
-                }
+            for (mean, sum) in means.iter_mut().zip([sum, squares]) {
+                (sum * (1.0 / 16.0)).write(mean, first);
             }
         }
-        [sums, squares].map(|means| means.map(|x| x * (1.0 / 16.0)))
+        means
     }
 
     /// Writes a part of a row of the lowest level of the pyramid, and answers the integral of its light.
@@ -906,12 +892,6 @@ impl Field<'_> {
         };
         (if axis == 0 { height } else { width }) / (width + height)
     }
-}
-
-/// Numbers of a line from one on.
-#[inline(always)]
-fn part(line: &[f32], first: usize) -> [f32; TOGETHER] {
-    line.get(first..).and_then(|rest| rest.first_chunk()).copied().unwrap_or([0.0; TOGETHER])
 }
 
 /// Whether strata lie in faces, at units of which an f32 tells the sides apart, and cover as much as all faces.

@@ -110,15 +110,11 @@ pub struct Work {
 }
 
 impl Work {
-    /// Of any content. Not zeros: the compiler leaves those to a function of the C library.
+    /// Of any content. Not zeros: the compiler leaves those to a function of the C library; and by groups: single numbers it would copy.
     #[inline(always)]
     fn new() -> Work {
-        Work {
-            values: [[0.5; GROUP]; MAX_CORNERS / GROUP],
-            floors: [0.5; MAX_CELLS],
-            weights: [0.5; MAX_CELLS],
-            worth: [0.5; MAX_CELLS],
-        }
+        let cells = bytemuck::cast([[0.5f32; GROUP]; MAX_CELLS / GROUP]);
+        Work { values: [[0.5; GROUP]; MAX_CORNERS / GROUP], floors: cells, weights: cells, worth: cells }
     }
 }
 
@@ -629,7 +625,8 @@ impl Compute for Lay<'_, '_> {
             stage.look_closer::<F>();
             stage.choose::<F>(&mut chosen);
         }
-        let cells = chosen.keys.map(|key| !(key as u32));
+        let mut cells = [0; MOST_CHOSEN];
+        cells.iter_mut().zip(&chosen.keys).take(chosen.count).for_each(|(cell, &key)| *cell = !(key as u32));
         let cells = cells.get(..chosen.count).unwrap_or(&[]);
         let mut adds_lobes = false;
         if !cells.is_empty() {
@@ -660,6 +657,7 @@ fn mark(leaves: &mut [Leaves], cell: u32, number: u32) {
 }
 
 impl<'a> Stage<'a> {
+    #[inline(always)]
     fn new(
         guide: Guide<'a>,
         surface: &'a Surface,

@@ -75,12 +75,20 @@ impl Rectangle {
         Some((Rectangle { axes, ends: [x0, x1, y0, y1].map(|end| end as f32), rest }, angle))
     }
 
+    /// A direction along one of its axes.
+    #[inline(always)]
+    fn along<F: Num>(&self, axis: usize, direction: [F; 3]) -> F {
+        let [x, y, z, _] = self.axes[axis % 3];
+        dot(direction, [x, y, z])
+    }
+
     /// Where a direction goes through it.
     #[inline(always)]
     fn contains<F: Num>(&self, direction: [F; 3]) -> F::Mask {
-        let [x, y, z] = self.axes.map(|[x, y, z, _]| dot(direction, [x, y, z]));
-        let [x0, x1, y0, y1] = self.ends.map(|end| z * end);
-        let (across, down) = (F::and(x0.le(x), x.le(x1)), F::and(y0.le(y), y.le(y1)));
+        // Without closures: where they are not inlined, instructions of a level become calls.
+        let [x, y, z] = [self.along(0, direction), self.along(1, direction), self.along(2, direction)];
+        let [x0, x1, y0, y1] = self.ends;
+        let (across, down) = (F::and((z * x0).le(x), x.le(z * x1)), F::and((z * y0).le(y), y.le(z * y1)));
         F::and(F::splat(0.0).lt(z), F::and(across, down))
     }
 }

@@ -13,6 +13,8 @@ FEATURES ?= lights wavelets
 LEVELS ?= avx2
 # Empty: wis_direct alone, without wis_product_*, wis_sample, wis_pdf and wis_invert.
 PRODUCTS ?= products
+# Empty: without wis_check and wis_check_point, which a renderer calls while it is written.
+CHECKS ?= checks
 
 # Of archives: targets of rustc.
 PLATFORMS ?= native aarch64-unknown-linux-gnu x86_64-pc-windows-gnu aarch64-apple-darwin
@@ -42,8 +44,8 @@ FILL_IN := sed -e 's/@VERSION@/$(VERSION)/' -e 's/@MAJOR@/$(MAJOR)/' -e 's/@MINO
 help: ## list the targets
 	@sed -n 's/^\([a-z0-9-]*\):.*## /\1\t/p' Makefile | expand -t 17
 
-lib: ## build the static and the shared library into build/lib: FEATURES= for the renderer's part alone, LEVELS= without AVX2, PRODUCTS= without products
-	$(CARGO) rustc --release --package wis-capi --lib --no-default-features --features '$(FEATURES) $(PRODUCTS) $(LEVELS)' -- @capi/flags
+lib: ## build the static and the shared library into build/lib: FEATURES= for the renderer's part alone, LEVELS= without AVX2, PRODUCTS= without products, CHECKS= without checks
+	$(CARGO) rustc --release --package wis-capi --lib --no-default-features --features '$(FEATURES) $(PRODUCTS) $(CHECKS) $(LEVELS)' -- @capi/flags
 	OBJCOPY='$(OBJCOPY)' scripts/library.sh $(TARGET)/release $(LIB) $(VERSION) $(ABI)
 
 print-abi:

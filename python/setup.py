@@ -48,7 +48,7 @@ def module(text):
 def library():
     """Path of the shared library that cargo builds: the renderer's part, wis.h."""
     command = ["cargo", "rustc", "--release", "--package", "wis-capi", "--lib", "--crate-type", "cdylib", "--no-default-features",
-               "--features", "avx2,products", "--message-format", "json-render-diagnostics", "--", "@capi/flags", "-C", "strip=symbols"]
+               "--features", "avx2,products,checks", "--message-format", "json-render-diagnostics", "--", "@capi/flags", "-C", "strip=symbols"]
     answer = subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.PIPE, text=True).stdout
     made = [json.loads(line) for line in answer.splitlines()]
     files = [file for of in made if of["reason"] == "compiler-artifact" and of["target"]["name"] == "wis" for file in of["filenames"]]

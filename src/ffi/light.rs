@@ -56,6 +56,7 @@ pub(super) unsafe fn tables<'a>(environment: &Environment<'a>) -> Light<'a> {
 ///
 /// # Safety
 /// As [`environment`].
+#[cfg(any(feature = "products", feature = "checks"))]
 #[inline(always)]
 pub(super) unsafe fn exact<'a>(pointer: *const EnvironmentObject, argument: u32) -> Checked<Environment<'a>> {
     // SAFETY: the caller's contract.

@@ -3,7 +3,9 @@
 //! Every pointer that comes in is checked for null and alignment, every size and selector for its range; what
 //! cannot be checked (that a block is as long as the caller says) is the contract that the header states.
 
+#[cfg(feature = "checks")]
 pub mod check;
+#[cfg(feature = "checks")]
 pub mod check_point;
 pub mod direct;
 pub mod light;

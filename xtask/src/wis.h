@@ -13,7 +13,8 @@
  * wis_check compares your radiance with the light that was built, wis_check_point your BSDF with the lobes. Further on: visibility of earlier
  * passes; waves of hits; wis_product_prepare, wis_sample and wis_pdf for renderers that combine samples with their own (MIS). Structured
  * importance sampling is in wis_lights.h, wavelet trees in wis_wavelets.h. What calls cost: docs/performance.md. A library built without
- * products (make lib PRODUCTS=) lacks wis_product_*, wis_sample, wis_pdf and wis_invert.
+ * products (make lib PRODUCTS=) lacks wis_product_*, wis_sample, wis_pdf and wis_invert; one without checks (make lib CHECKS=) wis_check and
+ * wis_check_point.
  *
  * Memory. Everything is built in memory that you give and that a _size call measures before: bytes and alignment. Objects hold no pointers
  * and have no free function: copy, save and map them as bytes. Nothing allocates, prints or aborts. There is no global state.

@@ -30,6 +30,8 @@ pub struct Batch {
     wi: Directions,
     /// BRDF x cosine x radiance.
     reflected: Vec<f32>,
+    /// Without the BRDF, after [`Batch::reflect`].
+    radiance: Vec<f32>,
     pdf_bsdf: Vec<f32>,
     pdf_light: Vec<f32>,
     /// Written by the library.
@@ -152,7 +154,9 @@ impl Batch {
     pub fn reflect(&mut self, bsdf: &Bsdf, light: &Light, texels: &Texels, cost: Cost) {
         for i in (0..self.count).step_by(LANES) {
             let (f_cos, wi, used) = self.scatter(i, bsdf, cost);
-            store(&mut self.reflected, i, f_cos * texels.radiance(light, wi, used));
+            let radiance = texels.radiance(light, wi, used);
+            store(&mut self.reflected, i, f_cos * radiance);
+            store(&mut self.radiance, i, radiance);
         }
     }
 
@@ -196,6 +200,18 @@ impl Batch {
         self.pdf_drawn.truncate(drawn);
     }
 
+    /// Samples of a density bring the radiance above the mean, those of the BRDF behind them, so many, what is left.
+    pub fn weigh_parts(&mut self, mean: f32, scattered: usize) {
+        let drawn = self.count - scattered;
+        for i in 0..self.count {
+            let base = (mean / self.radiance[i]).min(1.0);
+            let density = if i < drawn { self.pdf_drawn[i] } else { self.pdf_bsdf[i] * scattered as f32 };
+            let part = if i < drawn { 1.0 - base } else { base };
+            let sound = self.reflected[i] > 0.0 && density > 0.0;
+            self.reflected[i] = if sound { self.reflected[i] * part / density } else { 0.0 };
+        }
+    }
+
     /// Multiplies each weighed sample by a factor.
     pub fn scale(&mut self, factors: &[f32]) {
         self.reflected.iter_mut().zip(factors).for_each(|(reflected, factor)| *reflected *= factor);
@@ -207,7 +223,7 @@ impl Batch {
         self.count += count;
         if self.reflected.len() < padded(self.count) {
             self.wi.resize(self.count + LANES);
-            for column in [&mut self.reflected, &mut self.pdf_bsdf, &mut self.pdf_light] {
+            for column in [&mut self.reflected, &mut self.radiance, &mut self.pdf_bsdf, &mut self.pdf_light] {
                 column.resize(padded(self.count), 0.0);
             }
         }

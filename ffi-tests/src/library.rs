@@ -25,6 +25,10 @@ pub enum Mode {
     Portals,
     /// The same, where nothing comes from elsewhere.
     Complete,
+    /// The rays of wis_direct with so many candidates for each.
+    Few,
+    /// One half of the rays from wis_direct for the light above its mean, one half from the BRDF for the rest.
+    Split,
     /// Samples of the product.
     Product,
     /// Half of the product and half of the BRDF, by the balance heuristic: classic MIS.
@@ -35,12 +39,14 @@ pub enum Mode {
 
 impl Mode {
     /// What the report measures.
-    pub const ALL: [Mode; 8] = [
+    pub const ALL: [Mode; 10] = [
         Mode::Direct,
         Mode::Shared,
         Mode::Target,
         Mode::Portals,
         Mode::Complete,
+        Mode::Few,
+        Mode::Split,
         Mode::Product,
         Mode::ProductMis,
         Mode::Earlier,
@@ -53,17 +59,20 @@ impl Mode {
             Mode::Target => "direct, target",
             Mode::Portals => "direct, portals",
             Mode::Complete => "direct, complete portals",
+            Mode::Few => "direct, 4 candidates",
+            Mode::Split => "direct and BRDF",
             Mode::Product => "product",
             Mode::ProductMis => "product + MIS",
             Mode::Earlier => earlier::NAME,
         }
     }
 
-    /// Whether it is something of its own: of a single hit, sharing is not, nor is a target that is the lobes.
+    /// Whether the report has it: of a single hit, sharing is nothing of its own, nor is a target that is the lobes. Others are of rooms.
     pub fn differs(self, hits_share: bool, is_measured: bool) -> bool {
         match self {
             Mode::Shared => hits_share,
             Mode::Target => is_measured,
+            Mode::Few | Mode::Split => false,
             _ => true,
         }
     }
@@ -73,6 +82,7 @@ impl Mode {
 pub struct Library {
     sampler: RefCell<environment::Sampler>,
     shares: environment::Sampler,
+    few: environment::Sampler,
     material: raw::wis_material,
     product: Block,
     earlier: Option<earlier::Sampler>,
@@ -81,6 +91,8 @@ pub struct Library {
 
 /// Rays of a call to wis_direct at most.
 const RAYS: usize = 64;
+/// Candidates for a ray of [`Mode::Few`].
+const FEW: usize = 4;
 
 impl Library {
     /// # Errors
@@ -88,10 +100,11 @@ impl Library {
     pub fn new(setting: &Setting, hits: usize) -> client::Result<Library> {
         let sampler = RefCell::new(environment::Sampler::new(RAYS, 0, 0)?);
         let shares = environment::Sampler::new(RAYS, 0, hits)?;
+        let few = environment::Sampler::new(RAYS, FEW, 0)?;
         let (product, rays, lobes) = (Block::new(0), Vec::new(), setting.material.lobes());
         let material = environment::material(&lobes)?;
         let earlier = earlier::Sampler::new(RAYS, 0, hits, &lobes)?;
-        Ok(Library { sampler, shares, material, product, earlier, rays })
+        Ok(Library { sampler, shares, few, material, product, earlier, rays })
     }
 
     /// Estimates by a mode. The sampler has begun the point's sequences.
@@ -106,14 +119,18 @@ impl Library {
         pass: u32,
         n: usize,
     ) -> client::Result<()> {
-        let Library { sampler: own, shares, material, product, earlier, rays } = self;
+        let Library { sampler: own, shares, few, material, product, earlier, rays } = self;
         let mut at = setting.material.point(point, material);
         let mut portals = [raw::wis_portal::default(); raw::WIS_MAX_PORTALS as usize];
         match mode {
-            Mode::Direct | Mode::Shared | Mode::Target | Mode::Portals | Mode::Complete => {
+            Mode::Direct | Mode::Shared | Mode::Target | Mode::Portals | Mode::Complete | Mode::Few | Mode::Split => {
                 // A repeat has another seed, as another pixel has.
                 (at.seed, at.sample) = (client::pixel_seed(point.pixel, pass), point.hit);
-                let own = if mode == Mode::Shared { shares } else { own.get_mut() };
+                let own = match mode {
+                    Mode::Shared => shares,
+                    Mode::Few => few,
+                    _ => own.get_mut(),
+                };
                 if point.hit == 0 {
                     own.begin_pixel()?;
                 }
@@ -122,6 +139,8 @@ impl Library {
                     (at.portals, at.portal_count) = (portals.as_ptr(), room.portals.len() as u32);
                     at.flags |= if mode == Mode::Complete { raw::WIS_POINT_PORTALS_COMPLETE } else { 0 };
                 }
+                let [n, scattered] = if mode == Mode::Split { halves(n) } else { [n, 0] };
+                at.flags |= if mode == Mode::Split { raw::WIS_POINT_COMPENSATED } else { 0 };
                 rays.resize(n, Default::default());
                 let mut weigh = |wi: &[[f32; 3]], f_cos: &mut [f32]| {
                     setting.cost.evaluate(wi.len());
@@ -132,7 +151,11 @@ impl Library {
                 // BRDF and radiance are evaluated for the rays alone, after the loop: eight side by side.
                 let add = |wi, weight: f32| sampler.batch.push_drawn(wi, 1.0 / weight);
                 own.direct_light(setting.tables, &at, target, rays, add)?;
-                sampler.weighted(setting, bsdf);
+                if mode == Mode::Split {
+                    sampler.split(setting, bsdf, scattered);
+                } else {
+                    sampler.weighted(setting, bsdf);
+                }
                 Ok(())
             }
             Mode::Earlier => {
@@ -161,6 +184,14 @@ impl Sampler {
     fn weighted(&mut self, setting: &Setting, bsdf: &Bsdf) {
         self.reflect(setting, bsdf);
         self.batch.weigh_by_drawn(|density, _| density);
+        self.take_all();
+    }
+
+    /// Rays that have weights bring the light above its mean, and so many samples of the BRDF the rest.
+    fn split(&mut self, setting: &Setting, bsdf: &Bsdf, scattered: usize) {
+        self.batch.from_bsdf(bsdf, scattered);
+        self.reflect(setting, bsdf);
+        self.batch.weigh_parts(setting.tables.info.mean as f32, scattered);
         self.take_all();
     }
 

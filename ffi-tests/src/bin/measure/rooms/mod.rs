@@ -25,7 +25,7 @@ const MAPS: [&str; 3] = ["adams_place_bridge_1k.hdr", "potsdamer_platz_1k.hdr", 
 /// The disagreement of the halves of references at which they are good enough.
 const BOUND: f64 = 0.003;
 const RAYS: [usize; 3] = [1, 4, 16];
-const METHODS: [Method; 7] = [
+const METHODS: [Method; 9] = [
     Method::Peer(Peer::MisBalance),
     Method::Peer(Peer::MisCompensated),
     Method::Peer(Peer::Portals),
@@ -33,6 +33,8 @@ const METHODS: [Method; 7] = [
     Method::Library(Mode::Direct),
     Method::Library(Mode::Portals),
     Method::Library(Mode::Complete),
+    Method::Library(Mode::Few),
+    Method::Library(Mode::Split),
 ];
 
 /// Measures and writes the page.

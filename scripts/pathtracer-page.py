@@ -16,6 +16,7 @@ VIEW = ["--width", "24", "--height", "14", "--stride", "40"]
 TRACERS = {
     "paths": (["--repeats", "1", "--reference", "500"], ["256", "256"]),
     "direct light": (["--depth", "1", "--repeats", "1", "--reference", "1000"], ["256", "1024"]),
+    "direct light, 4 rays": (["--depth", "1", "--rays", "4", "--repeats", "1", "--reference", "1000"], ["64", "256"]),
     "spheres": (["--spheres", "1", "--repeats", "2", "--reference", "250"], ["64", "64"]),
 }
 NUMBERS = ["random", "(0,2)-sequence"]
@@ -36,7 +37,7 @@ def runs_of(program, path):
             out = subprocess.run(command, check=True, capture_output=True, text=True).stdout
             name = os.path.basename(path)[:-4]
             rows = [line.split() for line in out.splitlines() if re.match(r" *\d+ \w", line)]
-            lines += ["\t".join([tracer, name, NUMBERS[stratified], *row]) for row in rows if len(row) == 8]
+            lines += ["\t".join([tracer, name, NUMBERS[stratified], *row]) for row in rows if len(row) == 9]
     return lines
 
 

@@ -23,7 +23,7 @@ typedef struct Options {
 
 typedef struct Result {
     double seconds, mean;
-    Score score;
+    Score score, metal; /* of all pixels, and of those that see the metal sphere */
 } Result;
 
 /* Rows of images that were rendered, of how many. */
@@ -73,6 +73,16 @@ static void step(Progress *progress) {
     }
 }
 
+/* The direction of a place of the picture, in pixels. */
+static Vec3 view(const Options *o, uint32_t pixel, float x, float y) {
+    float all = (float)(o->height * o->stride);
+    x = ((float)(pixel % o->width * o->stride) + x - 0.5f * (float)(o->width * o->stride)) * 0.62f / all;
+    y = (0.5f * all - (float)(pixel / o->width * o->stride) - y) * 0.62f / all;
+    return vec3_normalise(vec3_make(x, y - 0.42f, -1));
+}
+
+static const Vec3 EYE = {0, 2.4f, 4.6f};
+
 /* Answers the seconds it took. */
 static double render(Tracer *t, const Options *o, const Method *method, const wis_environment *const lights[2], uint32_t spp, uint32_t seed, Vec3 *image,
                      Progress *progress) {
@@ -96,11 +106,9 @@ static double render(Tracer *t, const Options *o, const Method *method, const wi
         t->random = ((uint64_t)seed << 32) + i * 0x632be59bd9b4e019u;
         check(wis_sampler_begin_pixel(t->sampler));
         for (t->sample = 0; t->sample < spp; t->sample++) {
-            float u[2], x, y, all = (float)(o->height * o->stride);
+            float u[2];
             numbers(t, 0, 1, u);
-            x = ((float)(i % o->width * o->stride) + u[0] - 0.5f * (float)(o->width * o->stride)) * 0.62f / all;
-            y = (0.5f * all - (float)(i / o->width * o->stride) - u[1]) * 0.62f / all;
-            image[i] = vec3_axpy(image[i], 1 / (float)spp, path(t, vec3_make(0, 2.4f, 4.6f), vec3_normalise(vec3_make(x, y - 0.42f, -1))));
+            image[i] = vec3_axpy(image[i], 1 / (float)spp, path(t, EYE, view(o, i, u[0], u[1])));
         }
     }
     start = clock() - start;
@@ -108,10 +116,15 @@ static double render(Tracer *t, const Options *o, const Method *method, const wi
     return (double)start / CLOCKS_PER_SEC;
 }
 
-static void add_error(Result *result, size_t pixels, const Vec3 *image, Vec3 *const reference[2], double mean, double share) {
+static void add_error(Result *result, const Options *o, const Vec3 *image, Vec3 *const reference[2], double mean, double share) {
+    size_t pixels = (size_t)o->width * o->height;
     for (size_t i = 0; i < pixels; i++) {
-        double y = luminance(image[i]);
-        score_add_sample(&result->score, y, luminance(reference[0][i]), luminance(reference[1][i]), mean, share / (double)pixels);
+        double y = luminance(image[i]), a = luminance(reference[0][i]), b = luminance(reference[1][i]);
+        Hit hit;
+        score_add_sample(&result->score, y, a, b, mean, share / (double)pixels);
+        if (scene_trace(EYE, view(o, (uint32_t)i, 0.5f, 0.5f), &hit) && hit.material == METAL) {
+            score_add_sample(&result->metal, y, a, b, mean, share / (double)pixels);
+        }
         result->mean += mean > 0 ? y / mean * share / (double)pixels : 0;
     }
 }
@@ -180,25 +193,25 @@ int main(int argc, char **argv) {
     t.stratified = o.stratified != 0;
     printf("%s, %u x %u, %u rays at a hit, %s\n", o.map != NULL ? o.map : "the built-in sky", o.width, o.height, o.rays,
            t.stratified ? "(0,2)-sequence" : "random numbers");
-    printf("                                                                      efficiency over %s\n", methods[0].name);
-    puts("samples method             seconds    mean          MSE relative MSE  absolute  relative");
+    printf("                                                                      efficiency over %s, share of metal\n", methods[0].name);
+    puts("samples method             seconds    mean          MSE relative MSE  absolute  relative     metal");
     for (uint32_t spp = o.least; spp <= o.most; spp *= 4) {
-        Result first = {0, 0, {0, 0}}, results[COUNT] = {{0, 0, {0, 0}}};
+        Result first = {0, 0, {0, 0}, {0, 0}}, results[COUNT] = {{0, 0, {0, 0}, {0, 0}}};
         uint32_t repeats = o.repeats * o.most / spp;
         progress = (Progress){0, repeats * count * o.height};
         /* Methods in turns: what disturbs the machine disturbs all. */
         for (uint32_t k = 0; k < repeats; k++) {
             for (size_t m = 0; m < count; m++) {
                 results[m].seconds += render(&t, &o, &methods[m], lights, spp, o.seed + k, image, &progress) / repeats;
-                add_error(&results[m], pixels, image, reference, mean, 1.0 / repeats);
+                add_error(&results[m], &o, image, reference, mean, 1.0 / repeats);
             }
         }
         first = results[0];
         for (size_t m = 0; m < count; m++) {
             Result r = results[m];
-            printf("%7u %-16s %9.6f %7.4f %12.4e %12.4e %9.2f %9.2f\n", spp, methods[m].name, r.seconds, r.mean, r.score.absolute,
+            printf("%7u %-16s %9.6f %7.4f %12.4e %12.4e %9.2f %9.2f %9.2f\n", spp, methods[m].name, r.seconds, r.mean, r.score.absolute,
                    r.score.relative, efficiency(first.score.absolute, first.seconds, r.score.absolute, r.seconds),
-                   efficiency(first.score.relative, first.seconds, r.score.relative, r.seconds));
+                   efficiency(first.score.relative, first.seconds, r.score.relative, r.seconds), r.metal.relative / r.score.relative);
         }
         fflush(stdout);
     }

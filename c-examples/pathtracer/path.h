@@ -61,6 +61,11 @@ static void add_light(Reflected *sum, const float wi[3], float weight) {
     sum->light = vec3_axpy(sum->light, weight, reflected(sum, wi, NULL));
 }
 
+/* BSDF samples of a hit: as many as rays for light where no path goes on. */
+static uint32_t scattered(const Tracer *t) {
+    return t->depth == 1 ? t->rays : 1;
+}
+
 /* The light at a hit: by the rays that wis_direct asks for, or by samples of the map. */
 static Vec3 gather(Tracer *t, const Hit *hit, const Bsdf *b, const wis_point *point, const float *u) {
     Reflected sum = {t, hit, b, {0, 0, 0}};
@@ -72,18 +77,32 @@ static Vec3 gather(Tracer *t, const Hit *hit, const Bsdf *b, const wis_point *po
     for (uint32_t i = 0; i < t->rays && !direct; i++) {
         float pdf, density = (float)t->rays * drawn[i].pdf;
         Vec3 light = reflected(&sum, drawn[i].wi, &pdf);
-        density += t->method.escape == BALANCE ? pdf : 0;
+        density += t->method.escape == BALANCE ? (float)scattered(t) * pdf : 0;
         sum.light = density > 0 ? vec3_axpy(sum.light, 1 / density, light) : sum.light;
     }
     return sum.light;
 }
 
-/* The balance heuristic's share of a BSDF sample. */
+/* The share of a BSDF sample: its part by the balance heuristic, or all, over their number. */
 static float share_of_bsdf(Tracer *t, Vec3 direction, float pdf) {
-    float wi[3], other;
+    float wi[3], other, count = (float)scattered(t);
+    if (t->method.escape != BALANCE) {
+        return 1 / count;
+    }
     vec3_store(direction, wi);
     check(wis_pdf(t->sampler, t->environment, NULL, 1, wi, 0, &other, 0));
-    return pdf / (pdf + (float)t->rays * other);
+    return pdf / (count * pdf + (float)t->rays * other);
+}
+
+/* What a BSDF sample adds that leaves the scene. */
+static Vec3 escaped(Tracer *t, const Bsdf *b, Vec3 origin, const float *u) {
+    float pdf;
+    Vec3 direction = bsdf_sample(b, u), f = bsdf_eval(b, direction, &pdf);
+    Hit blocker;
+    if (luminance(f) <= 0 || scene_trace(origin, direction, &blocker)) {
+        return vec3_make(0, 0, 0);
+    }
+    return vec3_scale(vec3_mul(f, radiance(t, direction, true)), share_of_bsdf(t, direction, pdf) / pdf);
 }
 
 static Vec3 path(Tracer *t, Vec3 origin, Vec3 direction) {
@@ -111,7 +130,10 @@ static Vec3 path(Tracer *t, Vec3 origin, Vec3 direction) {
         if (bounce == t->depth - 1 && m->escape == NOTHING) {
             return color;
         }
-        numbers(t, 2 + 2 * bounce, 1, u);
+        numbers(t, 2 + 2 * bounce, scattered(t), u);
+        for (uint32_t i = 1; i < scattered(t); i++) {
+            color = vec3_add(color, vec3_mul(beta, escaped(t, &b, hit.position, u + 2 * i)));
+        }
         direction = bsdf_sample(&b, u);
         beta = vec3_mul(beta, bsdf_eval(&b, direction, &pdf));
         if (luminance(beta) <= 0) {
@@ -121,7 +143,7 @@ static Vec3 path(Tracer *t, Vec3 origin, Vec3 direction) {
         share = m->escape != NOTHING;
         origin = hit.position;
     }
-    share = bounce > 0 && m->escape == BALANCE ? share_of_bsdf(t, direction, pdf) : share;
+    share = bounce > 0 && share > 0 ? share_of_bsdf(t, direction, pdf) : share;
     beta = vec3_mul(beta, bounce == 0 ? light_radiance(&t->light, direction) : radiance(t, direction, true));
     return share > 0 ? vec3_axpy(color, share, beta) : color;
 }

@@ -9,7 +9,7 @@
 
 #include "../render/material.h"
 
-enum { ALONG = 1200, AROUND = 48, TRIANGLES = 2 * ALONG * AROUND, MATERIALS = 5 };
+enum { ALONG = 1200, AROUND = 48, TRIANGLES = 2 * ALONG * AROUND, METAL = 3, MATERIALS = 5 };
 
 typedef struct Hit {
     float distance;

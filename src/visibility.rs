@@ -10,6 +10,7 @@
 use crate::blob::{Layout, Part};
 use crate::numeric::{max, sqrt};
 use crate::points::dimension_seed;
+use crate::simd::{Num, Whole};
 use crate::sphere::square;
 use core::sync::atomic::{AtomicU32, Ordering};
 use glam::Vec3;
@@ -119,7 +120,8 @@ impl<'a> VisibilityCache<'a> {
     /// Counts a ray of a pixel from a place along a direction of unit length. Key 0 counts nothing.
     pub fn record(&self, key: u32, seed: u32, wi: Vec3, reached: bool) {
         let counts = self.counts.get(HALVES * self.place(key) + half(seed));
-        if let (Some(counts), true) = (counts.and_then(|counts| counts.get(cell(square(wi)))), key != 0) {
+        let [cell] = f32::ints_of(cells(square(wi)));
+        if let (Some(counts), true) = (counts.and_then(|counts| counts.get(cell as usize)), key != 0) {
             counts[TRACED].fetch_add(1, Ordering::Relaxed);
             counts[REACHED].fetch_add(u32::from(reached), Ordering::Relaxed);
         }
@@ -171,10 +173,10 @@ pub fn key(position: [f32; 3], normal: [f32; 3], cell: f32) -> u32 {
     position.into_iter().fold(side, |key, x| dimension_seed(key, number(x))).max(1)
 }
 
-/// The cell that contains a point of the square.
+/// The cells that contain points of the square.
 #[inline(always)]
-pub fn cell(s: [f32; 2]) -> usize {
-    const SIDE: usize = 1 << LEVEL;
-    let [i, j] = s.map(|s| ((s * SIDE as f32) as usize).min(SIDE - 1));
-    (i << LEVEL) + j
+pub fn cells<F: Num>(s: [F; 2]) -> F::Whole {
+    const SIDE: u32 = 1 << LEVEL;
+    let [i, j] = s.map(|s| (s * SIDE as f32).min(F::splat((SIDE - 1) as f32)).to_whole());
+    i.shl::<{ LEVEL as i32 }>() + j
 }

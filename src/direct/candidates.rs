@@ -19,7 +19,7 @@ use crate::light::density::to_world;
 use crate::light::radiance::Source;
 use crate::simd::{Compute, GROUP, Num, places};
 use crate::sphere::Frame;
-use crate::visibility::{CELLS, Factors, cell};
+use crate::visibility::{CELLS, Factors, cells};
 
 /// The fewest candidates of a source that has any.
 pub const FEWEST: usize = GROUP;
@@ -164,12 +164,8 @@ impl Draw<'_> {
 /// How much of the light along directions of map space was seen.
 #[inline(always)]
 fn visible<F: Num>(frame: &Frame, factors: &Factors, direction: [F; 3]) -> F {
-    let [x, y] = square_of(to_world(frame, direction));
-    let (x, y) = (x.store(), y.store());
-    F::each(|lane| {
-        let of = |lanes: &F::Floats| lanes.as_ref().get(lane).copied().unwrap_or(0.0);
-        f32::from(factors[cell([of(&x), of(&y)]) % CELLS])
-    })
+    let cells = F::ints_of(cells::<F>(square_of(to_world(frame, direction))));
+    F::each(|lane| cells.as_ref().get(lane).map_or(0.0, |cell| f32::from(factors[*cell as usize % CELLS])))
 }
 
 /// The weight of all candidates outside portals is at most that of those inside over this: an eighth of the rays looks for light that comes

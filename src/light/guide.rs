@@ -45,7 +45,7 @@ const OF_PARTS: usize = (3 * MIDDLES + BORDERS).next_multiple_of(32);
 pub type Short = i16;
 
 /// Steps in 1.
-const STEPS: f32 = 32768.0;
+pub const STEPS: f32 = 32768.0;
 
 /// No number differs by more from what it was.
 pub const ROUNDING: f32 = 1.0 / STEPS;

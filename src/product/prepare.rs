@@ -195,7 +195,7 @@ impl Task<'_> {
     }
 
     /// As [`Task::grid_with_work`], with the caller's memory.
-    #[inline(always)]
+    #[inline(never)]
     fn grid(self, surface: &Surface, work: &mut Work, memory: &mut [u8]) -> Result<Prepared, Error> {
         let Task { level, environment, point, config } = self;
         let guide = environment.guide().ok_or(Error::new(Status::NotBuilt, 0))?;

@@ -3,12 +3,13 @@
 use crate::brdf::compare::{self, Match, Mistake};
 use crate::brdf::point::Point;
 use crate::direct::sampler::{Config, MAX_RAYS, Sampler};
-use crate::light::batch::{Drawn, pdfs, samples};
+use crate::light::batch::{pdfs, samples};
 use crate::light::chart::Layout;
 use crate::light::compare::{Comparison, compare};
 use crate::light::environment::{Environment, Size};
 use crate::light::pixels::{Format, Pixels};
 use crate::light::plan::{Description, Filter, Plan};
+use crate::sample::Sample;
 use crate::sphere::{Frame, unit};
 use crate::status::{Error, Result, Status};
 use bytemuck::{Pod, Zeroable};
@@ -160,7 +161,7 @@ impl Sampler<'_> {
     ///
     /// # Errors
     /// [`Status::NotBuilt`] if the environment was built for rays alone.
-    pub fn sample(&self, environment: &Environment<'_>, u: &[[f32; 2]], out: &mut [Drawn]) -> Result<()> {
+    pub fn sample(&self, environment: &Environment<'_>, u: &[[f32; 2]], out: &mut [Sample]) -> Result<()> {
         samples(&environment.exact()?.tables(), &environment.frame(), u, out);
         Ok(())
     }

@@ -7,7 +7,7 @@ use wis::points::{hammersley, pixel_seed, sobol};
 use wis::product::prepare::{Config as ProductConfig, prepare};
 use wis::product::stored::{MAX_DIVIDED, most_bytes};
 use wis::{
-    Block, Config, Drawn, Environment, Filter, Layout, Level, Map, Material, Point, Ray, Sampler, Sequence, Shape,
+    Block, Config, Environment, Filter, Layout, Level, Map, Material, Point, Ray, Sample, Sampler, Sequence, Shape,
     Status,
 };
 
@@ -48,7 +48,7 @@ fn materials() -> Result<Vec<Material>, Box<dyn Error>> {
 fn of_light(sampler: &Sampler, light: &Environment) -> Result<u64, Status> {
     let mut hash = ContentHash::new();
     let u: Vec<[f32; 2]> = (0..500).map(|i| sobol(3, i)).collect();
-    let (mut drawn, mut pdf) = (vec![Drawn::default(); u.len()], vec![0.0; u.len()]);
+    let (mut drawn, mut pdf) = (vec![Sample::default(); u.len()], vec![0.0; u.len()]);
     sampler.sample(light, &u, &mut drawn)?;
     let wi: Vec<[f32; 3]> = drawn.iter().map(|drawn| drawn.wi).collect();
     sampler.pdf(light, &wi, &mut pdf)?;

@@ -7,11 +7,12 @@
 use super::Ray;
 use super::joint::Points;
 use crate::brdf::point::Point;
-use crate::light::batch::{Drawn, samples};
+use crate::light::batch::samples;
 use crate::light::environment::Environment;
 use crate::product::density::Shaded;
 use crate::product::prepare::{Config, DIVIDED, Work, prepare_in};
 use crate::product::stored::{Product, most_bytes};
+use crate::sample::Sample;
 use crate::simd::Level;
 use crate::status::{Error, Status};
 
@@ -165,11 +166,11 @@ fn draw(
     let (rays, mut written) = (out.len(), 0);
     let mut numbers = points.samples(rays);
     for first in (0..rays).step_by(TOGETHER) {
-        let (mut u, mut drawn) = ([[0.0; 2]; TOGETHER], [Drawn::default(); TOGETHER]);
+        let (mut u, mut drawn) = ([[0.0; 2]; TOGETHER], [Sample::default(); TOGETHER]);
         u.iter_mut().zip(&mut numbers).for_each(|(u, number)| *u = number);
         let some = u.get(..TOGETHER.min(rays - first)).unwrap_or_default();
         samples(&shaded, &frame, some, &mut drawn);
-        for &Drawn { wi, pdf } in drawn.iter().take(some.len()) {
+        for &Sample { wi, pdf } in drawn.iter().take(some.len()) {
             if let (true, Some(ray)) = (pdf > 0.0 && is_above(point, wi), out.get_mut(written)) {
                 *ray = Ray { wi, weight: (1.0 / (rays as f32 * pdf)).min(f32::MAX) };
                 written += 1;

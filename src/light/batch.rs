@@ -2,9 +2,9 @@
 //! registers would gain a few per cent for twice the code: three quarters of a walk are searches, lane by lane.
 
 use super::tables::Light;
+use crate::sample::Sample;
 use crate::simd::{Four, Num};
 use crate::sphere::Frame;
-use bytemuck::{Pod, Zeroable};
 
 /// What can be sampled and queried. Written once for any width.
 pub trait Density {
@@ -15,7 +15,7 @@ pub trait Density {
 
     /// As [`Density::sample`], for all `u`, as many as there is room for.
     #[inline(always)]
-    fn samples<F: Num>(&self, frame: &Frame, u: &[[f32; 2]], out: &mut [Drawn]) {
+    fn samples<F: Num>(&self, frame: &Frame, u: &[[f32; 2]], out: &mut [Sample]) {
         each_register(u, out, |u| self.sample::<F>(frame, u));
     }
 
@@ -33,13 +33,13 @@ pub trait Density {
 
 /// Draws for all `u`, as many as there is room for, a register of them at a time.
 #[inline(always)]
-pub fn each_register<F: Num>(u: &[[f32; 2]], out: &mut [Drawn], sample: impl Fn([F; 2]) -> ([F; 3], F)) {
+pub fn each_register<F: Num>(u: &[[f32; 2]], out: &mut [Sample], sample: impl Fn([F; 2]) -> ([F; 3], F)) {
     for (u, out) in u.chunks(F::WIDTH).zip(out.chunks_mut(F::WIDTH)) {
         let (wi, pdf) = sample(columns(u));
         let (x, y, z, pdf) = (wi[0].store(), wi[1].store(), wi[2].store(), pdf.store());
         let lanes = x.as_ref().iter().zip(y.as_ref()).zip(z.as_ref()).zip(pdf.as_ref());
         for (out, (((&x, &y), &z), &pdf)) in out.iter_mut().zip(lanes) {
-            *out = Drawn { wi: [x, y, z], pdf };
+            *out = Sample { wi: [x, y, z], pdf };
         }
     }
 }
@@ -70,7 +70,7 @@ impl Density for Light<'_> {
     }
 
     #[inline(always)]
-    fn samples<F: Num>(&self, frame: &Frame, u: &[[f32; 2]], out: &mut [Drawn]) {
+    fn samples<F: Num>(&self, frame: &Frame, u: &[[f32; 2]], out: &mut [Sample]) {
         Light::samples::<F>(self, frame, u, out);
     }
 
@@ -83,21 +83,11 @@ impl Density for Light<'_> {
 /// So many directions together cost less in lanes than one by one.
 pub const FEWEST: usize = 3;
 
-/// A direction and its density.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-#[repr(C)]
-pub struct Drawn {
-    /// Unit length, world space.
-    pub wi: [f32; 3],
-    /// Per steradian; 0: no sample.
-    pub pdf: f32,
-}
-
 /// A sample for numbers in [0, 1)^2.
 #[inline(never)]
-pub fn sample<D: Density>(density: &D, frame: &Frame, u: [f32; 2]) -> Drawn {
+pub fn sample<D: Density>(density: &D, frame: &Frame, u: [f32; 2]) -> Sample {
     let (wi, pdf) = density.sample::<f32>(frame, u);
-    Drawn { wi, pdf }
+    Sample { wi, pdf }
 }
 
 /// The density of a direction.
@@ -108,7 +98,7 @@ pub fn pdf<D: Density>(density: &D, frame: &Frame, wi: [f32; 3]) -> f32 {
 
 /// Samples for all `u`, as many as there is room for.
 #[inline(never)]
-pub fn samples<D: Density>(density: &D, frame: &Frame, u: &[[f32; 2]], out: &mut [Drawn]) {
+pub fn samples<D: Density>(density: &D, frame: &Frame, u: &[[f32; 2]], out: &mut [Sample]) {
     if u.len() < FEWEST {
         for (u, out) in u.iter().zip(out) {
             *out = sample(density, frame, *u);

@@ -3,12 +3,12 @@
 //! The pdf is one function of the f32 world direction; a sample's pdf is that function at the direction it returns. Where
 //! rounding carried a direction out of its patch, the position moves towards the patch's middle until the direction is inside.
 
-use super::batch;
 use super::chart::Place;
 use super::tables::{Drawn, Light, Located};
 pub use super::walk::clamp_u;
 use super::walk::{Floats, TOGETHER, Walk, floats, put, set, within};
 use crate::numeric::{self, ONE_MINUS_EPSILON};
+use crate::sample::Sample;
 use crate::simd::{Apart, Num, prefetch};
 use crate::sphere::{Frame, UNIT};
 use crate::status::{Result, Status};
@@ -89,7 +89,7 @@ pub(crate) fn settle_lanes<F: Num>(
     mut lanes: u32,
     world: &mut [F; 3],
     pdf: &mut F,
-    settled: impl Fn([f32; 2]) -> batch::Drawn,
+    settled: impl Fn([f32; 2]) -> Sample,
 ) {
     while lanes != 0 {
         let lane = lanes.trailing_zeros() as usize;
@@ -115,10 +115,10 @@ impl Light<'_> {
     /// The sample of `u`, settled.
     #[cold]
     #[inline(never)]
-    fn settled(&self, frame: &Frame, u: [f32; 2]) -> batch::Drawn {
+    fn settled(&self, frame: &Frame, u: [f32; 2]) -> Sample {
         let (cell, numbers) = self.cell_at(&self.tops, u.map(clamp_u));
         let (wi, located) = self.settle(frame, cell as u32, numbers);
-        batch::Drawn { wi, pdf: self.alone(&located) }
+        Sample { wi, pdf: self.alone(&located) }
     }
 
     /// What the numbers of a cell lead to, moved until it is found where it was drawn.
@@ -166,7 +166,7 @@ impl Light<'_> {
 
     /// As [`Light::sample`], for as many `u` as there are: their walks go on side by side.
     #[inline(always)]
-    pub fn samples<F: Num>(&self, frame: &Frame, u: &[[f32; 2]], out: &mut [batch::Drawn]) {
+    pub fn samples<F: Num>(&self, frame: &Frame, u: &[[f32; 2]], out: &mut [Sample]) {
         let (mut walk, mut numbers) = (Walk::<TOGETHER>::new(), [[0.5; TOGETHER]; 2]);
         for (u, out) in u.chunks(TOGETHER).zip(out.chunks_mut(TOGETHER)) {
             let count = u.len().next_multiple_of(F::WIDTH);
@@ -179,7 +179,7 @@ impl Light<'_> {
                 let (x, y, z, pdf) = (world[0].store(), world[1].store(), world[2].store(), pdf.store());
                 let lanes = x.as_ref().iter().zip(y.as_ref()).zip(z.as_ref()).zip(pdf.as_ref());
                 for (out, (((&x, &y), &z), &pdf)) in out.iter_mut().zip(lanes) {
-                    *out = batch::Drawn { wi: [x, y, z], pdf };
+                    *out = Sample { wi: [x, y, z], pdf };
                 }
                 while strayed != 0 {
                     let lane = strayed.trailing_zeros() as usize;

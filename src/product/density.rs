@@ -5,7 +5,7 @@
 
 use super::peak::Peak;
 use super::stored::{Product, QUADS, QUADS_OF_DIVIDED, QUADS_OF_PARTS, Quad, STORED_ONE, WORDS, mean, tops};
-use crate::light::batch::{Density, Drawn, each_register};
+use crate::light::batch::{Density, each_register};
 use crate::light::density::{Inverted, clamp_u, inward, settle_lanes, to_world};
 use crate::light::guide::ROUNDING;
 use crate::light::parts::PARTS;
@@ -13,6 +13,7 @@ use crate::light::search::inside;
 use crate::light::tables::{Light, Located, decoded};
 use crate::light::warp::{PatchDensity, Profiles};
 use crate::numeric::{ONE_MINUS_EPSILON, min};
+use crate::sample::Sample;
 use crate::simd::{Apart, GROUP, Num, Whole};
 use crate::sphere::Frame;
 
@@ -309,10 +310,10 @@ impl<'a> Shaded<'a> {
     /// The sample of numbers of the grid, settled.
     #[cold]
     #[inline(never)]
-    fn settled(&self, frame: &Frame, u: [f32; 2]) -> Drawn {
+    fn settled(&self, frame: &Frame, u: [f32; 2]) -> Sample {
         let ([cell], numbers, _) = self.cells::<f32>(u);
         let (wi, located) = self.light.settle(frame, cell, numbers);
-        Drawn { wi, pdf: self.with_lobes(frame, wi, self.grid(&located, None)) }
+        Sample { wi, pdf: self.with_lobes(frame, wi, self.grid(&located, None)) }
     }
 
     /// The densities of world directions for those of the grid.
@@ -441,7 +442,7 @@ impl Density for Shaded<'_> {
 
     /// Numbers that draw from narrow lobes and those that draw from the grid fill lanes of their own.
     #[inline(always)]
-    fn samples<F: Num>(&self, frame: &Frame, u: &[[f32; 2]], out: &mut [Drawn]) {
+    fn samples<F: Num>(&self, frame: &Frame, u: &[[f32; 2]], out: &mut [Sample]) {
         let Some(peak) = &self.peak else { return each_register(u, out, |u| self.sample::<F>(frame, u)) };
         let share = peak.share();
         for (u, out) in u.chunks(TOGETHER).zip(out.chunks_mut(TOGETHER)) {
@@ -480,7 +481,7 @@ impl Density for Shaded<'_> {
                 let (x, y, z, pdf) = (wi[0].store(), wi[1].store(), wi[2].store(), pdf.store());
                 let drawn = x.as_ref().iter().zip(y.as_ref()).zip(z.as_ref()).zip(pdf.as_ref());
                 for (&number, (((&x, &y), &z), &pdf)) in lanes.iter().zip(drawn) {
-                    put(out, number.into(), Drawn { wi: [x, y, z], pdf });
+                    put(out, number.into(), Sample { wi: [x, y, z], pdf });
                 }
             }
         }

@@ -3,8 +3,9 @@
 use super::built::{Built, Random, in_lanes};
 use super::lookup::Map;
 use super::maps::{descriptions, layouts, rough, suns};
-use wis::light::batch::{Drawn, pdfs, samples};
+use wis::light::batch::{pdfs, samples};
 use wis::light::plan::{Description, Filter};
+use wis::sample::Sample;
 use wis::simd::{GROUP, Level};
 use wis::sphere::Frame;
 
@@ -77,7 +78,7 @@ fn batches_have_the_bits_of_single_calls() {
             if let Some(first) = u.first_mut() {
                 *first = [f32::NAN, 2.0];
             }
-            let mut drawn = vec![Drawn::default(); count];
+            let mut drawn = vec![Sample::default(); count];
             samples(&light, &frame, &u, &mut drawn);
             for (drawn, &u) in drawn.iter().zip(&u) {
                 assert_eq!(bits((drawn.wi, drawn.pdf)), bits(built.sample(&frame, u)), "{count}");

@@ -7,7 +7,7 @@ use wis::brdf::material::{Material, Shape};
 use wis::brdf::point::Point;
 use wis::direct::Ray;
 use wis::direct::sampler::{Config, Sampler, Sequence};
-use wis::light::batch::{Drawn, pdfs, samples};
+use wis::light::batch::{pdfs, samples};
 use wis::light::chart::Layout;
 use wis::light::density::Inverted;
 use wis::light::environment::Environment;
@@ -15,6 +15,7 @@ use wis::light::guide;
 use wis::light::parts::{BORDERS, MIDDLES};
 use wis::light::plan::{Description, Filter};
 use wis::numeric::ContentHash;
+use wis::sample::Sample;
 use wis::simd::Level;
 use wis::sphere::Frame;
 
@@ -77,7 +78,7 @@ fn exercise(environment: &Environment<'_>, random: &mut Random) {
         }
     }
     let u: Vec<[f32; 2]> = (0..40).map(|_| [random.unit(), random.unit()]).collect();
-    let mut drawn = vec![Drawn::default(); u.len()];
+    let mut drawn = vec![Sample::default(); u.len()];
     samples(&light, &frame, &u, &mut drawn);
     let wi: Vec<[f32; 3]> = drawn.iter().map(|drawn| drawn.wi).collect();
     let mut pdf = vec![-1.0; u.len()];

@@ -6,10 +6,11 @@ use super::maps::{layouts, rough, suns};
 use super::points::{materials, view};
 use super::prepared::Prepared;
 use bytemuck::{Zeroable, bytes_of_mut};
-use wis::light::batch::{Density, Drawn, pdfs, samples};
+use wis::light::batch::{Density, pdfs, samples};
 use wis::light::plan::{Description, Filter};
 use wis::product::prepare::{Config, Work, prepare_in};
 use wis::product::stored::{MAX_DIVIDED, most_bytes};
+use wis::sample::Sample;
 use wis::simd::Level;
 
 /// The lights of all layouts and filters, an unclipped sun, and one with an error budget.
@@ -67,7 +68,7 @@ fn batches_have_the_bits_of_single_calls_at_every_level() {
                 if let Some(first) = u.first_mut() {
                     *first = [f32::NAN, 2.0];
                 }
-                let mut drawn = vec![Drawn::default(); count];
+                let mut drawn = vec![Sample::default(); count];
                 samples(&shaded, &frame, &u, &mut drawn);
                 for (drawn, &u) in drawn.iter().zip(&u) {
                     assert_eq!(bits((drawn.wi, drawn.pdf)), bits(shaded.sample::<f32>(&frame, u)), "{count}");

@@ -7,9 +7,10 @@ use super::points::{materials, view};
 use super::prepared::Prepared;
 use super::statistics::{LARGEST_MISSED, chi_square, chi_square_smallest_fault, corrected};
 use std::f64::consts::PI;
-use wis::light::batch::{Drawn, samples};
+use wis::light::batch::samples;
 use wis::light::chart::Layout;
 use wis::light::plan::Filter;
+use wis::sample::Sample;
 
 const COLUMNS: usize = 32;
 const ROWS: usize = 16;
@@ -48,7 +49,7 @@ fn samples_follow_the_density() {
             let total: f64 = bins.iter().sum();
             assert!((total - 1.0).abs() < 4e-3, "{name}: the density integrates to {total}");
             let mut counts = vec![0u64; bins.len()];
-            let mut drawn = [Drawn::default(); 64];
+            let mut drawn = [Sample::default(); 64];
             for _ in 0..SAMPLES / 64 {
                 let u: [[f32; 2]; 64] = std::array::from_fn(|_| [random.unit(), random.unit()]);
                 samples(&prepared.shaded(), &prepared.frame(), &u, &mut drawn);

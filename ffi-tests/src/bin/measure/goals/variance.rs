@@ -151,18 +151,36 @@ fn compared(lit: &Lit, material: &str, candidates: usize, effort: (usize, usize,
     Ok([earlier, now])
 }
 
-/// A row of variances and ratios, and the ratios alone.
-fn row(table: &mut Table, words: Vec<String>, [old, new]: [&[Vec<f64>; METRICS.len()]; 2]) -> [f64; METRICS.len()] {
-    let ratios = [0, 1].map(|metric| bootstrap_ratio(&old[metric], &new[metric]));
-    let variance = |all: &Vec<f64>| format!("{:.4}", all.iter().sum::<f64>() / all.len() as f64);
-    table.row(words.into_iter().chain(old.iter().map(variance)).chain(ratios.map(printed)));
-    ratios.map(|ratio| ratio[0])
+/// A ratio with its interval, in each metric.
+type Ratios = [[f64; 3]; METRICS.len()];
+
+fn ratios([old, new]: [&[Vec<f64>; METRICS.len()]; 2]) -> Ratios {
+    [0, 1].map(|metric| bootstrap_ratio(&old[metric], &new[metric]))
 }
 
-fn head(words: &[&str]) -> Table {
-    let columns =
-        METRICS.map(|metric| format!("0.2, {metric}")).into_iter().chain(METRICS.map(|m| format!("ratio, {m}")));
-    Table::new(words.len(), &words.iter().map(|word| word.to_string()).chain(columns).collect::<Vec<_>>())
+/// The ratios of a map for one material, number of candidates and view.
+struct Cell<'a> {
+    lit: &'a Lit,
+    of: (&'static str, usize, usize),
+    ratios: Ratios,
+}
+
+/// The mean over the judged maps, and the least of them with its interval.
+fn by_material(cells: &[Cell]) -> Table {
+    let mut table = Table::new(3, &["material", "candidates", "view", "absolute", "least", "relative", "least"]);
+    for of in cells.iter().take_while(|cell| std::ptr::eq(cell.lit, cells[0].lit)).map(|cell| cell.of) {
+        let maps = cells.iter().filter(|cell| cell.of == of && cell.lit.is_judged);
+        let numbers = [0, 1].map(|metric| {
+            let least = maps.clone().min_by(|a, b| a.ratios[metric][0].total_cmp(&b.ratios[metric][0]));
+            let all: Vec<f64> = maps.clone().map(|cell| cell.ratios[metric][0]).collect();
+            let [mean, _] = mean_and_least(&all);
+            let least = least.map(|cell| format!("{} {}", printed(cell.ratios[metric]), cell.lit.light.name));
+            [format!("{mean:.2}"), least.unwrap_or_default()]
+        });
+        let words = [of.0.to_string(), of.1.to_string(), VIEWS[of.2].to_string()];
+        table.row(words.into_iter().chain(numbers.into_iter().flatten()));
+    }
+    table
 }
 
 /// The tables, what is reached first.
@@ -170,23 +188,22 @@ fn head(words: &[&str]) -> Table {
 /// # Errors
 /// Those of the library.
 pub fn parts(lights: &[Lit], quick: bool) -> Result<Vec<Part>> {
-    let mut each = head(&["map", "material", "candidates", "view"]);
-    let mut ratios: Vec<(bool, usize, [f64; METRICS.len()])> = Vec::new();
+    let mut cells: Vec<Cell> = Vec::new();
     let effort = if quick { (24, 64, &[1][..]) } else { (96, 512, &[1][..]) };
     for lit in lights {
         for (material, candidates) in MATERIALS.iter().flat_map(|m| CANDIDATES.map(|count| (m, count))) {
             let [old, new] = compared(lit, material, candidates, effort)?;
-            for (view, name) in VIEWS.iter().enumerate() {
-                let words = [&lit.light.name, *material, &candidates.to_string(), name].map(String::from);
-                ratios.push((lit.is_judged, view, row(&mut each, words.into(), [&old[0][view], &new[0][view]])));
+            for view in 0..VIEWS.len() {
+                let of = (*material, candidates, view);
+                cells.push(Cell { lit, of, ratios: ratios([&old[0][view], &new[0][view]]) });
             }
         }
     }
     let mut summary = Table::new(3, &["maps", "view", "metric", "goal", "mean", "least"]);
     for (maps, judged) in [("developer", false), ("judged", true)] {
         for ((view, name), metric) in VIEWS.iter().enumerate().flat_map(|view| [0, 1].map(|metric| (view, metric))) {
-            let of = ratios.iter().filter(|of| of.0 == judged && of.1 == view).map(|of| of.2[metric]);
-            let of: Vec<f64> = of.collect();
+            let of = cells.iter().filter(|cell| cell.lit.is_judged == judged && cell.of.2 == view);
+            let of: Vec<f64> = of.map(|cell| cell.ratios[metric][0]).collect();
             if !of.is_empty() {
                 let goal = format!("mean {}, least 0.8", ["0.95", "1"][view]);
                 let words = [maps, name, METRICS[metric], &goal].map(String::from);
@@ -194,7 +211,7 @@ pub fn parts(lights: &[Lit], quick: bool) -> Result<Vec<Part>> {
             }
         }
     }
-    let mut over_hits = head(&["map", "material", "view", "hits"]);
+    let mut over_hits = Table::new(4, &["map", "material", "view", "hits", "absolute", "relative"]);
     let effort = if quick { (8, 32, &HITS[..]) } else { (24, 96, &HITS[..]) };
     for lit in lights.iter().filter(|lit| lit.is_judged).take(2) {
         for material in SHARED {
@@ -203,7 +220,7 @@ pub fn parts(lights: &[Lit], quick: bool) -> Result<Vec<Part>> {
                 VIEWS.iter().enumerate().flat_map(|view| HITS.iter().enumerate().map(move |hits| (view, hits)))
             {
                 let words = [&lit.light.name, material, name, &hits.to_string()].map(String::from);
-                row(&mut over_hits, words.into(), [&old[i][view], &new[i][view]]);
+                over_hits.row(words.into_iter().chain(ratios([&old[i][view], &new[i][view]]).map(printed)));
             }
         }
     }
@@ -218,7 +235,10 @@ pub fn parts(lights: &[Lit], quick: bool) -> Result<Vec<Part>> {
         Part::Heading("Variance over the hits of a pixel".into()),
         Part::Text(hits.into()),
         Part::Table(over_hits),
-        Part::Heading("Every map and material".into()),
-        Part::Table(each),
+        Part::Heading("By material".into()),
+        Part::Text(
+            "Means over the judged maps, and the map where version 0.2 is furthest ahead, with its interval.".into(),
+        ),
+        Part::Table(by_material(&cells)),
     ])
 }

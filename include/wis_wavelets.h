@@ -10,8 +10,8 @@
  * rendering, wis_direct and wis_product in wis.h are faster: they build no trees at a hit.
  *
  * Trees of any function of 1 to 4 variables: wis_tree_*, wis_warp_*. wis_tree_init also makes trees of products and
- * sums of trees, of lists of wavelets and of rotated maps. Products of such lists: wis_sparse_*. Triple product integrals of BRDF,
- * light and visibility (Ng et al. 2004): wis_triple_*, wis_visibility_*.
+ * sums of trees, of lists of wavelets and of rotated maps. Such lists in 3 to 4 bytes a wavelet: wis_sparse_*. Triple product integrals
+ * of BRDF, light and visibility (Ng et al. 2004): wis_triple_*, wis_visibility_*.
  *
  * The rules of wis.h for memory, threads, failure, structs, arguments, spaces and random numbers hold here.
  */
@@ -36,17 +36,6 @@ typedef struct wis_wavelets {
   /// dropped.
   float detail[3];
 } wis_wavelets;
-
-/// The wavelets of a square of n axes that a set keeps.
-typedef struct wis_details {
-  /// The Morton code of the square's first pixel among 4096 along each axis: n bits a level, axis 1 the highest of each n.
-  uint64_t position;
-  uint32_t level; /**< The square has the width 2^-level. */
-  uint32_t reserved; /**< Not read; 0 where the library writes. */
-  /// Detail f, 1 to 2^n - 1, in value space: 2^(n level / 2) times the orthonormal coefficient of the wavelet that varies along the axes
-  /// whose bits are set in f, axis 1 the highest of n. Others are not read; 0 where the library writes.
-  float detail[16];
-} wis_details;
 
 #define WIS_MAX_BLEND 16 /**< The most trees or approximations that are blended at once: quadrilinear interpolation has 16. */
 
@@ -91,10 +80,6 @@ typedef struct wis_details {
 /// The size is exactly the bytes in use, without scratch memory. wis_tree_size does not read `average` and `least`. Work: count.
 #define WIS_TREE_WAVELETS 3
 
-/// Source of a tree: as WIS_TREE_WAVELETS, for a function of 1 to 4 axes: what wis_sparse_multiply gives, as something to sample. It reads
-/// `dimensions`, `average`, `count`, `details` and `least`. Work: count.
-#define WIS_TREE_DETAILS 4
-
 /// Source of a tree: the luminance of an environment over the octahedral square of another frame, a map that is rotated about a direction
 /// (Clarberg et al. 2005, Section 6.1). It reads `depth`, `error_budget`, `least`, `environment` and `world_from_tree`. With a BRDF that is
 /// tabulated about the same direction WIS_TREE_PRODUCT gives their product; WIS_TREE_BLEND interpolates between directions, wis_grid_cells
@@ -104,7 +89,7 @@ typedef struct wis_details {
 /// wis_environment_info over 4 pi: no lamp is lost, however small. Pixels of an even sky differ by 0.6 % (root mean square). Of a
 /// compensated environment it is the tree of what compensation leaves. wis_tree_size tells the bytes that the tree needs at most, and reads
 /// neither the environment nor the matrix. Work: (columns + 2^depth) x (rows + 2^depth), of the map with all its faces.
-#define WIS_TREE_ENVIRONMENT 5
+#define WIS_TREE_ENVIRONMENT 4
 
 /// The tree of a function: bytes in your memory without pointers, so it may be copied (to any block aligned to WIS_ALIGNMENT), saved and
 /// mapped. Constant once built; any number of threads may use it at once. Nothing to free.
@@ -126,7 +111,7 @@ typedef struct wis_tree_info {
 typedef struct wis_tree_config {
   uint32_t size; /**< sizeof(wis_tree_config). */
   uint32_t source; /**< What the tree is made of: a WIS_TREE_ constant, which tells the fields that are read. 0 is WIS_TREE_PIXELS. */
-  uint32_t dimensions; /**< Of pixels and details: axes n, 1 to 4. */
+  uint32_t dimensions; /**< Of pixels: axes n, 1 to 4. */
   /// Of pixels and environments: the grid has 2^depth pixels along each axis; 0 to 12. For environments the paper has 6 and 7.
   uint32_t depth;
   /// Of pixels and environments: the variance that pruning may add to an estimate of the integral, relative to its square, 0 or more (0.01
@@ -136,12 +121,11 @@ typedef struct wis_tree_config {
   uint32_t tree_count; /**< Of products, 2 or 3, and of blends, 1 to WIS_MAX_BLEND: how many trees. */
   const struct wis_tree *const *trees; /**< Of products and blends: the trees. */
   const double *weight; /**< Of blends: a weight for each tree, finite, 0 or more. */
-  double average; /**< Of wavelets and details: the average of the function, finite. */
-  uint32_t count; /**< Of wavelets and details: elements of the list. */
+  double average; /**< Of wavelets: the average of the function, finite. */
+  uint32_t count; /**< Of wavelets: elements of the list. */
   const struct wis_wavelets *wavelets; /**< Of wavelets: the list, in order. */
-  const struct wis_details *details; /**< Of details: the list, in order. */
-  /// Of wavelets and details: the value that smaller ones are raised to, finite, 0 or more. Of environments: the share of the map's mean
-  /// that is added to each pixel, 0 to 1e6: what keeps the pdf above 0 wherever there is light.
+  /// Of wavelets: the value that smaller ones are raised to, finite, 0 or more. Of environments: the share of the map's mean that is added
+  /// to each pixel, 0 to 1e6: what keeps the pdf above 0 wherever there is light.
   double least;
   const struct wis_environment *environment; /**< Of environments: the map. */
   /// Of environments: nine numbers, row by row: world = M tree, within 1e-4 of a rotation or reflection. The direction about which the map
@@ -208,35 +192,29 @@ enum wis_status wis_table_view(uint32_t slice_count, const float normal[3], cons
 /// square.
 #define WIS_TERMS_THRESHOLD 1
 
-/// A function of 1 to 4 axes: its average, and some of its wavelets, depth first.
-typedef struct wis_detail_set {
-  uint32_t size; /**< sizeof(wis_detail_set). */
-  uint32_t axes; /**< How many axes, 1 to 4. */
-  uint32_t count; /**< Elements of `details`. */
-  uint32_t reserved; /**< Always 0. */
-  double average; /**< Over the whole cube; finite, may be negative. */
-  const struct wis_details *details; /**< By position, and squares before those inside them. Null if there are none. */
-} wis_detail_set;
-
-/// How many of a tree's largest wavelets wis_triple_select and wis_sparse_select are asked to keep, by a `rule`: WIS_TERMS_ERROR or
-/// WIS_TERMS_THRESHOLD, else WIS_INVALID_ARGUMENT. `bound` is 0 or more. Work: squares.
+/// How many of a tree's largest wavelets wis_triple_select is asked to keep, by a `rule`: WIS_TERMS_ERROR or WIS_TERMS_THRESHOLD, else
+/// WIS_INVALID_ARGUMENT. `bound` is 0 or more. Work: squares.
 enum wis_status wis_triple_terms(const struct wis_tree *tree, uint32_t rule, double bound, uint32_t *terms);
 
-/// As wis_triple_select, for a tree of 1 to 4 axes: its `keep` wavelets with the largest orthonormal coefficients, into `kept`. Work:
-/// squares.
-enum wis_status wis_sparse_select(const struct wis_tree *tree, uint32_t keep, struct wis_details *kept, uint32_t *kept_count,
-    struct wis_diagnostic *diagnostic);
+/// Stores a function of two axes as the papers do: its average, and any of its wavelets as an index by difference and 16 bits of one scale,
+/// 3 to 4 bytes for each where they are dense (Clarberg et al. 2005, Section 7, has 300 kB for 2 % of 16 x 16 slices of 64 x 64 in three
+/// colours, and 5 MB for 32 x 32 of 128 x 128). A slice of a table takes a call; slices may stand one behind another, without alignment.
+///
+/// `average`: finite, kept as a float. `wavelets`: as wis_triple_select writes them (WIS_INVALID_ARGUMENT if they are out of order; `y` in
+/// the diagnostic is the first element that is). Coefficients are rounded to 1/32767 of the largest orthonormal one, and dropped where that
+/// is 0. `packed` has room for `room` bytes; `packed_bytes` tells how many the function takes: at most 16, and 18 for each element.
+/// WIS_MEMORY_TOO_SMALL if there is no room for them; `packed` is then undefined. WIS_OVERFLOW if the average is beyond a float. Work:
+/// count.
+enum wis_status wis_sparse_pack(double average, uint32_t count, const struct wis_wavelets *wavelets, size_t room, uint8_t *packed,
+    size_t *packed_bytes, struct wis_diagnostic *diagnostic);
 
-/// The product of a function `e` of 1 to 4 axes and one, `f`, of the first of them, constant along the rest (Clarberg et al. 2005, Section
-/// 4.3; values may be negative): its average and its details, without decompression. Each square that either has a wavelet in is visited
-/// once. `product` has room for `room` elements. WIS_MEMORY_TOO_SMALL if the product has more squares: then nothing is multiplied, and
-/// `product_count` alone is written. It tells how many squares the product has; 2^32 - 1 stands for that many or more. Of two axes these
-/// are at most 12 times the sum of both counts. Where `e` is constant and `f` is not, they are as many as n axes ask for: 2^((n - m) level)
-/// for each of the m axes of `f`. WIS_INVALID_ARGUMENT for an average that is not finite, or a list that is out of order: `y` in the
-/// diagnostic is the first element that is. WIS_OVERFLOW if the average is beyond a double or a detail beyond a float; `product` is then
-/// undefined. Work: details of e and f + squares of the product.
-enum wis_status wis_sparse_multiply(const struct wis_detail_set *e, const struct wis_detail_set *f, uint32_t room,
-    struct wis_details *product, uint32_t *product_count, double *average, struct wis_diagnostic *diagnostic);
+/// Reads what wis_sparse_pack wrote, one function at a time, as a list for WIS_TREE_WAVELETS, from which trees are sampled, queried and
+/// multiplied, and for wis_triple_sublinear, wis_triple_blend and wis_visibility_integral. `packed`: `packed_bytes` bytes, of which as many
+/// are read as the function has. WIS_CORRUPT if they are no such function. A change that leaves one is not noticed: there is no checksum.
+/// `wavelets` has room for `room` elements; `wavelet_count` tells how many squares there are, at most a third of the bytes.
+/// WIS_MEMORY_TOO_SMALL if there is no room for them. `wavelets` is undefined after both. Work: packed_bytes.
+enum wis_status wis_sparse_unpack(const uint8_t *packed, size_t packed_bytes, uint32_t room, struct wis_wavelets *wavelets,
+    uint32_t *wavelet_count, double *average, struct wis_diagnostic *diagnostic);
 
 /// Rule of wis_triple_select: the wavelets with the largest orthonormal coefficients (non-linear approximation).
 #define WIS_SELECT_WAVELETS 0

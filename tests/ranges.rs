@@ -10,7 +10,6 @@ use wis::ffi::wavelets::triple::*;
 use wis::ffi::wavelets::visibility::*;
 use wis::ffi::{Diagnostic, MemorySize};
 use wis::status::Status;
-use wis::wavelets::sparse::Details;
 use wis::wavelets::triple::Wavelets;
 use wis::{Block, Map};
 
@@ -65,11 +64,11 @@ fn blends_beyond_a_double() {
     }
 }
 
-/// Details of values beyond a float: of a tree, of a product of sets, of a blend.
+/// Details of values beyond a float: of a tree, of a blend; and averages that are packed.
 #[test]
 fn details_beyond_a_float() {
     let huge = cube(&tree(1, &[3e38, 1e38, 0.0, 2e38])).unwrap();
-    let (mut list, mut details, mut count) = ([Wavelets::default(); 4], [Details::default(); 4], 0);
+    let (mut list, mut count) = ([Wavelets::default(); 4], 0);
     // SAFETY: there is room for four elements.
     unsafe {
         assert_eq!(
@@ -80,7 +79,6 @@ fn details_beyond_a_float() {
             wis_triple_select(huge.handle, WIS_SELECT_SQUARES, 4, list.as_mut_ptr(), &mut count, null_mut()),
             Status::Overflow
         );
-        assert_eq!(wis_sparse_select(huge.handle, 4, details.as_mut_ptr(), &mut count, null_mut()), Status::Overflow);
         // Nothing that is kept is too large.
         assert_eq!(
             wis_triple_select(huge.handle, WIS_SELECT_WAVELETS, 0, list.as_mut_ptr(), &mut count, null_mut()),
@@ -88,28 +86,12 @@ fn details_beyond_a_float() {
         );
     }
     let wavelets = [Wavelets { detail: [3e38; 3], ..Wavelets::default() }];
-    let mut of_set = Details { detail: [3e38; 16], ..Details::default() };
-    of_set.detail[0] = 0.0;
-    let product = |e_average: f64, f_average: f64| {
-        let (mut out, mut count, mut average) = ([Details::default(); 12], 0, 0.0);
-        let (size, room) = (size_of::<DetailSet>() as u32, out.len() as u32);
-        let set = |average, count| DetailSet { size, axes: 2, count, reserved: 0, average, details: &of_set };
-        // SAFETY: lists and room are as long as stated.
-        unsafe {
-            wis_sparse_multiply(
-                &set(e_average, 1),
-                &set(f_average, 0),
-                room,
-                out.as_mut_ptr(),
-                &mut count,
-                &mut average,
-                null_mut(),
-            )
-        }
+    let packed = |average: f64| {
+        let (mut out, mut bytes) = ([0u8; 34], 0);
+        // SAFETY: list and room are as long as stated.
+        unsafe { wis_sparse_pack(average, 1, wavelets.as_ptr(), 34, out.as_mut_ptr(), &mut bytes, null_mut()) }
     };
-    assert_eq!(product(0.0, 1.0), Status::Ok);
-    assert_eq!(product(0.0, 2.0), Status::Overflow);
-    assert_eq!(product(1e300, 1e10), Status::Overflow);
+    assert_eq!([3e38, 4e38, f64::NAN].map(packed), [Status::Ok, Status::Overflow, Status::InvalidArgument]);
     let (lists, counts) = ([wavelets.as_ptr(); 2], [1u32; 2]);
     for (weights, expected) in
         [([0.5, 0.5], Status::Ok), ([1.0, 1.0], Status::Overflow), ([1e308, -1e308], { Status::Overflow })]

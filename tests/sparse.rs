@@ -1,13 +1,15 @@
-//! Sparse sets of wavelets, rooted or not: products without decompression, terms for an error, and trees of them.
+//! Sparse sets of wavelets, rooted or not: terms for an error, trees of them, and how they are stored.
 
 use crate::stored::{Random, Stored};
 use crate::support::{BuiltTree, pixel_config, tree_config};
 use std::ptr::{null, null_mut};
 use wis::ffi::wavelets::sparse::*;
 use wis::ffi::wavelets::tree::*;
+use wis::ffi::wavelets::triple::*;
 use wis::status::Status;
 use wis::wavelets::approximate::{self, at_least, terms};
-use wis::wavelets::sparse::{Details, Set, Sparse, Unfit, is_ordered, multiply, squares, to_tree};
+use wis::wavelets::packed::{pack, unpack};
+use wis::wavelets::sparse::{Sparse, squares, to_tree};
 use wis::wavelets::tree::{Link, Tree};
 use wis::wavelets::triple::{self, Wavelets};
 
@@ -41,90 +43,6 @@ fn pixels(set: Sparse) -> Vec<f64> {
     pixels
 }
 
-#[test]
-fn products_are_those_of_the_pixels() {
-    let mut random = Random(21);
-    for (a, b) in [(0, 0), (1, 0), (0, 7), (1, 1), (5, 3), (40, 40), (400, 10), (1000, 1000)] {
-        let (e, f) = (scattered(&mut random, a, DEPTH), scattered(&mut random, b, DEPTH));
-        let (e, f) = (Sparse { average: 0.7, wavelets: &e }, Sparse { average: -0.3, wavelets: &f });
-        let mut out = vec![Wavelets::default(); 12 * (a + b) + 1];
-        let (average, count) = multiply((2, e), (2, f), &mut out).unwrap();
-        assert!(count <= 12 * (a + b), "{count}");
-        let product = &out[..count];
-        assert!(triple::is_ordered(product));
-        let got = pixels(Sparse { average, wavelets: product });
-        for ((got, e), f) in got.iter().zip(pixels(e)).zip(pixels(f)) {
-            assert!((got - e * f).abs() < 1e-5, "{got} for {}", e * f);
-        }
-        // What does not fit is counted and not written.
-        let mut short = vec![Wavelets::default(); count.saturating_sub(1)];
-        let unwritten = short.clone();
-        assert!(count == 0 || multiply((2, e), (2, f), &mut short) == Err(Unfit::Room(count as u64)));
-        assert_eq!(short, unwritten);
-    }
-}
-
-/// Any wavelets of n axes.
-fn details(random: &mut Random, axes: u32, count: usize, deepest: u32) -> Vec<Details> {
-    let mut map = std::collections::BTreeMap::new();
-    for _ in 0..count {
-        let level = (random.unit() * deepest as f32) as u32;
-        let place = (random.unit() * (1u32 << (axes * level)) as f32) as u64;
-        let mut detail = [0.0; 16];
-        detail[1..1 << axes].iter_mut().for_each(|d| *d = random.unit() - 0.5);
-        map.insert((place << (axes * (12 - level)), level), detail);
-    }
-    let element = |((position, level), detail)| Details { position, level, reserved: 0, detail };
-    map.into_iter().map(element).collect()
-}
-
-/// The pixels of a set of n axes, 2^depth along each, in Morton order, by the definition.
-fn pixels_of(axes: u32, depth: u32, set: Set<Details>) -> Vec<f64> {
-    let mut pixels = vec![set.average; 1 << (axes * depth)];
-    for w in set.wavelets {
-        let part = 1usize << (axes * (depth - w.level - 1));
-        let first = (w.position >> (axes * (12 - depth))) as usize;
-        for c in 0..1usize << axes {
-            let sign = |f: usize| if (f & c).count_ones() % 2 == 1 { -1.0 } else { 1.0 };
-            let value: f64 = (1..1usize << axes).map(|f| sign(f) * f64::from(w.detail[f])).sum();
-            pixels[first + c * part..][..part].iter_mut().for_each(|pixel| *pixel += value);
-        }
-    }
-    pixels
-}
-
-/// All pairs of n and m up to 4: against the product of the pixels, where f is constant along the axes that it lacks.
-#[test]
-fn products_of_different_axes_are_those_of_the_pixels() {
-    let mut random = Random(24);
-    for (n, m) in (1..=4u32).flat_map(|n| (1..=n).map(move |m| (n, m))) {
-        let depth = [0, 6, 4, 3, 2][n as usize];
-        for (a, b) in [(0, 0), (0, 3), (1, 0), (4, 4), (30, 20)] {
-            let (e, f) = (details(&mut random, n, a, depth), details(&mut random, m, b, depth));
-            let (e, f) = (Set { average: 0.7, wavelets: &e }, Set { average: -0.3, wavelets: &f });
-            let mut out = vec![Details::default(); 1 << (n * depth)];
-            let (average, count) = multiply((n, e), (m, f), &mut out).unwrap();
-            let product = &out[..count];
-            assert!(is_ordered(product, n));
-            let got = pixels_of(n, depth, Set { average, wavelets: product });
-            let (e, f) = (pixels_of(n, depth, e), pixels_of(m, depth, f));
-            for (i, (got, e)) in got.iter().zip(&e).enumerate() {
-                // The pixel of f: the first m bits of each n.
-                let level = |k: u32| (i >> (n * k) & ((1 << n) - 1)) >> (n - m) << (m * k);
-                let expected = e * f[(0..depth).map(level).sum::<usize>()];
-                assert!((got - expected).abs() < 1e-5, "{n} {m}: {got} for {expected}");
-            }
-        }
-    }
-    let w = |position, level| Details { position, level, ..Details::default() };
-    assert!(is_ordered(&[w(0, 0), w(0, 1), w(7 << 33, 1)], 3));
-    let nan = Details { detail: [f32::NAN; 16], ..w(0, 0) };
-    for list in [[w(0, 1), w(0, 0)], [w(0, 0), w(1, 1)], [w(0, 0), w(1 << 36, 1)], [w(0, 0), w(0, 12)], [nan, w(0, 3)]]
-    {
-        assert!(!is_ordered(&list, 3), "{list:?}");
-    }
-}
-
 /// The tree of a set is the set, raised to the floor, on its finest cells; above them are true averages.
 #[test]
 fn trees_of_sets() {
@@ -132,9 +50,9 @@ fn trees_of_sets() {
     for (count, least) in [(0, 0.0), (1, 0.0), (6, 0.0), (60, 0.01), (900, 0.25)] {
         let list = scattered(&mut random, count, DEPTH);
         let set = Sparse { average: 0.4, wavelets: &list };
-        let mut kept = vec![[0.0f32; 4]; squares(2, &list)];
+        let mut kept = vec![[0.0f32; 4]; squares(&list)];
         let mut links = vec![Link::default(); kept.len()];
-        let average = to_tree(2, set, least, 2.0, kept.as_flattened_mut(), &mut links);
+        let average = to_tree(set, least, 2.0, kept.as_flattened_mut(), &mut links);
         let depth = list.iter().map(|w| w.level + 1).max().unwrap_or(0);
         let tree = Tree::<4>::sparse(depth, average as f32, &kept, &links).unwrap();
         let stored =
@@ -146,53 +64,6 @@ fn trees_of_sets() {
         for (i, got) in at_depth(&stored.tree()).into_iter().enumerate() {
             assert!((got - expected[i]).abs() < 1e-5, "{count}: pixel {i}: {got} for {}", expected[i]);
         }
-    }
-}
-
-/// The same of one to four axes, through C: the product of two free sets as something to sample.
-#[test]
-fn trees_of_products_of_sets() {
-    fn check<const N: usize>(random: &mut Random) {
-        let (axes, depth) = (N as u32, [0, 6, 4, 3, 2][N]);
-        let (e, f) = (details(random, axes, 12, depth), details(random, 1, 3, depth));
-        let (e, f) = (Set { average: 0.7, wavelets: &e }, Set { average: 0.9, wavelets: &f });
-        let mut out = vec![Details::default(); 1 << (axes * depth)];
-        let (average, count) = multiply((axes, e), (1, f), &mut out).unwrap();
-        let (list, least) = (&out[..count], 0.05);
-        let (count, details) = (count as u32, list.as_ptr());
-        let config = TreeConfig { dimensions: axes, average, count, details, least, ..tree_config(WIS_TREE_DETAILS) };
-        let BuiltTree { mut memory, mut handle, info, size } = BuiltTree::new(&config).unwrap();
-        // SAFETY: the block is as long as was asked for.
-        let opened = unsafe { wis_tree_open(memory.pointer(), size.bytes, &mut handle, null_mut(), null_mut()) };
-        assert_eq!((opened, size.scratch_bytes, info.bytes as usize), (Status::Ok, 0, size.bytes));
-        let set = Set { average, wavelets: list };
-        let expected: Vec<f64> = pixels_of(axes, depth, set).iter().map(|x| x.max(least)).collect();
-        let mean = expected.iter().sum::<f64>() / expected.len() as f64;
-        assert!((info.average - mean).abs() < 1e-5 && info.dimensions == axes, "{N}: {} {mean}", info.average);
-        let pdf = |point: [f32; N]| {
-            let mut pdf = f32::NAN;
-            // SAFETY: the tree is alive, and the point has as many numbers as it has axes.
-            assert_eq!(unsafe { wis_tree_pdf(handle, point.as_ptr(), &mut pdf) }, Status::Ok);
-            pdf
-        };
-        for (i, value) in expected.iter().enumerate() {
-            let cell = wis::wavelets::morton::decode::<N>(i as u64, depth);
-            let got = f64::from(pdf(cell.map(|c| (c as f32 + 0.5) / (1u32 << depth) as f32))) * mean;
-            assert!((got - value).abs() < 1e-4, "{N}: pixel {i}: {got} for {value}");
-        }
-        for _ in 0..200 {
-            let (u, mut point, mut told) = (random.point::<N>(), [0.0f32; N], 0.0);
-            // SAFETY: as above.
-            let status = unsafe { wis_tree_sample(handle, u.as_ptr(), point.as_mut_ptr(), &mut told) };
-            assert_eq!((status, told.to_bits()), (Status::Ok, pdf(point).to_bits()));
-        }
-    }
-    let mut random = Random(29);
-    for _ in 0..4 {
-        check::<1>(&mut random);
-        check::<2>(&mut random);
-        check::<3>(&mut random);
-        check::<4>(&mut random);
     }
 }
 
@@ -211,60 +82,84 @@ fn at_depth(tree: &Tree<4>) -> Vec<f64> {
     (0..SIDE * SIDE).map(pixel).collect()
 }
 
-/// Of one to four axes, through C: all wavelets are the function, few are its largest, in order, and as many as an error
-/// asks for leave that error, measured in pixels.
+/// Through C: all wavelets are the function, few are its largest, in order, and as many as an error asks for leave that error,
+/// measured in pixels.
 #[test]
-fn the_largest_of_any_axes() {
+fn the_largest_are_kept() {
+    let mut random = Random(31);
+    let image: Vec<f32> = (0..SIDE * SIDE).map(|_| (4.0 * random.unit()).exp() * 1e6).collect();
+    let BuiltTree { memory: _memory, handle, info, .. } = BuiltTree::new(&pixel_config(2, DEPTH, 0.0, &image)).unwrap();
+    let select = |keep: usize| {
+        let (mut list, mut count) = (vec![Wavelets::default(); keep], 0);
+        let (rule, to) = (WIS_SELECT_WAVELETS, list.as_mut_ptr());
+        // SAFETY: there is room for `keep` elements.
+        let status = unsafe { wis_triple_select(handle, rule, keep as u32, to, &mut count, null_mut()) };
+        assert_eq!(status, Status::Ok);
+        list.truncate(count as usize);
+        assert!(triple::is_ordered(&list));
+        list
+    };
+    let mut morton = vec![0.0f32; image.len()];
+    wis::wavelets::morton::copy_from_c_order::<2>(DEPTH, &image, &mut morton).unwrap();
+    let off = |wavelets: &[Wavelets]| {
+        let pixels = pixels(Sparse { average: info.average, wavelets });
+        let squares: f64 = pixels.iter().zip(&morton).map(|(a, b)| (a - f64::from(*b)).powi(2)).sum();
+        (squares / morton.iter().map(|b| f64::from(*b).powi(2)).sum::<f64>()).sqrt()
+    };
+    let all = select(image.len());
+    assert!(off(&all) < 1e-5, "{}", off(&all));
+    let orthonormal = |list: &[Wavelets]| -> Vec<f64> {
+        let of = |w: &Wavelets| w.detail.map(|d| f64::from(d.abs()) * 0.5f64.powi(w.level as i32));
+        let mut sizes: Vec<f64> = list.iter().flat_map(of).filter(|size| *size > 0.0).collect();
+        sizes.sort_by(|a, b| b.total_cmp(a));
+        sizes
+    };
+    let sizes = orthonormal(&all);
+    for keep in [0, 1, 7, sizes.len() / 2, sizes.len()] {
+        let kept = orthonormal(&select(keep));
+        assert_eq!(kept.len(), keep);
+        assert!(kept.iter().zip(&sizes).all(|(a, b)| (a / b - 1.0).abs() < 1e-5), "{keep}");
+    }
+}
+
+/// Of one to four axes: as many as an error or a threshold asks for, by the definition.
+#[test]
+fn terms_of_any_axes() {
     fn check<const N: usize, const C: usize>(random: &mut Random) {
         let (axes, depth) = (N as u32, [0, 6, 4, 3, 2][N]);
         let image: Vec<f32> = (0..1usize << (axes * depth)).map(|_| (4.0 * random.unit()).exp() * 1e6).collect();
         let BuiltTree { memory: _memory, handle, info, .. } =
             BuiltTree::new(&pixel_config(axes, depth, 0.0, &image)).unwrap();
-        let select = |keep: usize| {
-            let (mut list, mut count) = (vec![Details::default(); keep], 0);
-            // SAFETY: there is room for `keep` elements.
-            let status = unsafe { wis_sparse_select(handle, keep as u32, list.as_mut_ptr(), &mut count, null_mut()) };
-            assert_eq!(status, Status::Ok);
-            list.truncate(count as usize);
-            assert!(is_ordered(&list, axes));
-            list
-        };
+        // All orthonormal coefficients, by Haar's steps along the last n bits of Morton order.
         let mut morton = vec![0.0f32; image.len()];
         wis::wavelets::morton::copy_from_c_order::<N>(depth, &image, &mut morton).unwrap();
-        let off = |list: &[Details]| {
-            let pixels = pixels_of(axes, depth, Set { average: info.average, wavelets: list });
-            let squares: f64 = pixels.iter().zip(&morton).map(|(a, b)| (a - f64::from(*b)).powi(2)).sum();
-            (squares / morton.iter().map(|b| f64::from(*b).powi(2)).sum::<f64>()).sqrt()
-        };
-        let all = select(image.len());
-        assert!(off(&all) < 1e-5, "{N}: {}", off(&all));
-        let orthonormal = |list: &[Details]| -> Vec<f64> {
-            let of = |w: &Details| w.detail.map(|d| f64::from(d.abs()) * 0.5f64.powf(f64::from(axes * w.level) / 2.0));
-            let mut sizes: Vec<f64> = list.iter().flat_map(of).filter(|size| *size > 0.0).collect();
-            sizes.sort_by(|a, b| b.total_cmp(a));
-            sizes
-        };
-        let sizes = orthonormal(&all);
-        for keep in [0, 1, 7, sizes.len() / 2, sizes.len()] {
-            let kept = orthonormal(&select(keep));
-            assert_eq!(kept.len(), keep);
-            assert!(kept.iter().zip(&sizes).all(|(a, b)| (a / b - 1.0).abs() < 1e-5), "{N}: {keep}");
+        let (mut values, mut sizes): (Vec<f64>, _) = (morton.iter().map(|v| f64::from(*v)).collect(), Vec::new());
+        for level in (0..depth).rev() {
+            let each = |square: &[f64]| -> Vec<f64> {
+                let sign = |f: usize, c: usize| if (f & c).count_ones() % 2 == 1 { -1.0 } else { 1.0 };
+                (0..C).map(|f| square.iter().enumerate().map(|(c, v)| sign(f, c) * v).sum::<f64>() / C as f64).collect()
+            };
+            let squares: Vec<Vec<f64>> = values.chunks(C).map(each).collect();
+            let orthonormal = |d: &f64| d.abs() * 0.5f64.powf(f64::from(axes * level) / 2.0);
+            sizes.extend(squares.iter().flat_map(|square| square[1..].iter().map(orthonormal)));
+            values = squares.iter().map(|square| square[0]).collect();
         }
-        for error in [0.0, 0.02, 0.1, 0.3] {
+        sizes.sort_by(|a, b| b.total_cmp(a));
+        let all = info.average.powi(2) + sizes.iter().map(|size| size * size).sum::<f64>();
+        let off = |keep: usize| (sizes[keep..].iter().map(|size| size * size).sum::<f64>() / all).sqrt();
+        let terms = |rule: u32, bound: f64| {
             let mut terms = 0;
             // SAFETY: the handle is alive.
-            assert_eq!(unsafe { wis_triple_terms(handle, WIS_TERMS_ERROR, error, &mut terms) }, Status::Ok);
-            assert!(off(&select(terms as usize)) <= error + 1e-5, "{N}: {error} with {terms}");
-            assert!(terms == 0 || off(&select(terms as usize - 1)) > error - 1e-5, "{N}: {error}");
-            let mut above = 0;
-            let smallest = sizes[(sizes.len() / 3).max(1) - 1];
-            // SAFETY: as above.
-            assert_eq!(
-                unsafe { wis_triple_terms(handle, WIS_TERMS_THRESHOLD, 0.99999 * smallest, &mut above) },
-                Status::Ok
-            );
-            assert_eq!(above as usize, (sizes.len() / 3).max(1), "{N}");
+            assert_eq!(unsafe { wis_triple_terms(handle, rule, bound, &mut terms) }, Status::Ok);
+            terms as usize
+        };
+        for error in [0.0, 0.02, 0.1, 0.3] {
+            let count = terms(WIS_TERMS_ERROR, error);
+            assert!(off(count) <= error + 1e-5, "{N}: {error} with {count}");
+            assert!(count == 0 || off(count - 1) > error - 1e-5, "{N}: {error}");
         }
+        let third = (sizes.len() / 3).max(1);
+        assert_eq!(terms(WIS_TERMS_THRESHOLD, 0.99999 * sizes[third - 1]), third, "{N}");
     }
     let mut random = Random(31);
     check::<1, 2>(&mut random);
@@ -355,57 +250,110 @@ fn negative_values_are_raised_in_sample_and_pdf() {
     }
 }
 
-/// Room that is too short is found out from counts: of one wavelet that stands for 8^10 squares, and of any sets.
+/// What is packed.
+fn packed(average: f32, list: &[Wavelets]) -> Vec<u8> {
+    let mut bytes = vec![0; 16 + 18 * list.len()];
+    let length = pack(average, list, &mut bytes);
+    bytes.truncate(length);
+    bytes
+}
+
+/// Every coefficient comes back within half of a step, in order, at every depth; what rounds to 0 is dropped.
 #[test]
-fn rooms_that_are_too_short_cost_nothing() {
-    let started = std::time::Instant::now();
-    let multiply = |axes: (u32, u32), e: &[Details], f: &[Details], out: &mut [Details]| {
-        let (mut count, mut average) = (0, f64::NAN);
-        let (size, room, out) = (size_of::<DetailSet>() as u32, out.len() as u32, out.as_mut_ptr());
-        let set = |axes, average, list: &[Details]| DetailSet {
-            size,
-            axes,
-            count: list.len() as u32,
-            reserved: 0,
-            average,
-            details: list.as_ptr(),
+fn what_is_packed_comes_back() {
+    let mut random = Random(41);
+    for (count, deepest) in [(0, 0), (1, 0), (1, 11), (40, 3), (900, DEPTH), (2000, 11), (5000, 6)] {
+        let list = scattered(&mut random, count, deepest);
+        let bytes = packed(-0.75, &list);
+        let coefficients = list.iter().flat_map(|w| w.detail.map(|d| d * 0.5f32.powi(w.level as i32)));
+        let step = coefficients.clone().fold(0.0f32, |most, c| most.max(c.abs())) / 32767.0;
+        let kept =
+            list.iter().filter(|w| w.detail.iter().any(|d| (d * 0.5f32.powi(w.level as i32)).abs() > 0.501 * step));
+        let mut back = vec![Wavelets::default(); bytes.len() / 3];
+        let (average, squares) = unpack(&bytes, &mut back).unwrap();
+        back.truncate(squares);
+        assert!(average == -0.75 && triple::is_ordered(&back));
+        let mut read = back.iter().peekable();
+        let mut met = 0;
+        for w in &list {
+            let there = read.next_if(|b| (b.position, b.level) == (w.position, w.level));
+            met += usize::from(there.is_some());
+            let half = 0.5001 * step * 2f32.powi(w.level as i32);
+            let detail = there.map_or([0.0; 3], |there| there.detail);
+            assert!(w.detail.iter().zip(detail).all(|(a, b)| (a - b).abs() <= half), "{w:?} {there:?}");
+        }
+        assert!(met == back.len() && met >= kept.count(), "{count} {deepest}");
+        // Dense ones take an index of a byte or two.
+        let coefficients = back.iter().flat_map(|w| w.detail).filter(|d| *d != 0.0).count();
+        assert!(bytes.len() <= 16 + 6 * coefficients && (deepest != 6 || bytes.len() <= 16 + 7 * coefficients / 2));
+        // Packed again, nothing changes any more.
+        let mut again = vec![Wavelets::default(); back.len()];
+        let (_, squares) = unpack(&packed(average, &back), &mut again).unwrap();
+        let near = |(a, b): (&Wavelets, &Wavelets)| {
+            a.detail.iter().zip(b.detail).all(|(a, b)| (a - b).abs() <= 1e-5 * a.abs())
         };
-        // SAFETY: the lists are as long as stated.
-        let status = unsafe {
-            wis_sparse_multiply(
-                &set(axes.0, 0.7, e),
-                &set(axes.1, -0.3, f),
-                room,
-                out,
-                &mut count,
-                &mut average,
-                null_mut(),
-            )
-        };
-        (status, count)
-    };
-    let wavelet = |level: u32| {
-        let mut detail = [0.0; 16];
-        detail[1] = 1.0;
-        [Details { level, detail, ..Details::default() }]
-    };
-    let mut room = [Details::default(); 16];
-    assert_eq!(multiply((4, 1), &[], &wavelet(10), &mut room), (Status::MemoryTooSmall, ((1u64 << 33) / 7) as u32));
-    // More than the count can tell.
-    assert_eq!(multiply((4, 1), &[], &wavelet(11), &mut room), (Status::MemoryTooSmall, u32::MAX));
-    assert!(started.elapsed().as_secs_f64() < 1.0, "{:?}", started.elapsed());
-    let mut random = Random(25);
-    for (n, m) in (1..=4u32).flat_map(|n| (1..=n).map(move |m| (n, m))) {
-        let depth = [0, 6, 4, 3, 2][n as usize];
-        let (e, f) = (details(&mut random, n, 9, depth), details(&mut random, m, 4, depth));
-        let mut long = vec![Details::default(); 1 << (n * depth)];
-        let (status, count) = multiply((n, m), &e, &f, &mut long);
-        assert_eq!(status, Status::Ok);
-        long.truncate(count as usize);
-        assert_eq!(multiply((n, m), &e, &f, &mut long), (Status::Ok, count));
-        long.pop();
-        let before = long.clone();
-        assert_eq!(multiply((n, m), &e, &f, &mut long), (Status::MemoryTooSmall, count));
-        assert_eq!(long, before);
+        assert!(squares == back.len() && back.iter().zip(&again).all(near));
     }
+}
+
+/// Through C: a slice that was packed is a tree, with the values of the list; rooms that are too short tell what they lack.
+#[test]
+fn packed_slices_are_trees() {
+    let list = scattered(&mut Random(42), 300, DEPTH);
+    let (mut bytes, mut used) = (vec![0u8; 16 + 18 * list.len()], 0);
+    let pack = |room: usize, bytes: &mut [u8], used: &mut usize| {
+        // SAFETY: the list and the room are as long as stated.
+        unsafe { wis_sparse_pack(2.0, list.len() as u32, list.as_ptr(), room, bytes.as_mut_ptr(), used, null_mut()) }
+    };
+    assert_eq!(pack(bytes.len(), &mut bytes, &mut used), Status::Ok);
+    let length = used;
+    assert_eq!((pack(length, &mut bytes, &mut used), used), (Status::Ok, length));
+    assert_eq!((pack(length - 1, &mut bytes[..length - 1], &mut used), used), (Status::MemoryTooSmall, length));
+    // It stands behind other bytes, and others stand behind it.
+    let whole = [&[7u8; 5], &packed(2.0, &list)[..], &[9; 3]].concat();
+    let (mut back, mut count, mut average) = (vec![Wavelets::default(); 300], 0, 0.0);
+    let mut unpack = |room: usize, back: &mut [Wavelets]| {
+        let packed = whole[5..].as_ptr();
+        // SAFETY: as above.
+        let status = unsafe {
+            wis_sparse_unpack(packed, length + 3, room as u32, back.as_mut_ptr(), &mut count, &mut average, null_mut())
+        };
+        (status, count as usize, average)
+    };
+    let (status, squares, average) = unpack(300, &mut back);
+    assert_eq!((status, average, unpack(squares, &mut back).0), (Status::Ok, 2.0, Status::Ok));
+    assert_eq!(unpack(squares - 1, &mut back[..squares - 1]), (Status::MemoryTooSmall, squares, 2.0));
+    assert_eq!(unpack(squares, &mut back).0, Status::Ok);
+    let wavelets = back.as_ptr();
+    let config = TreeConfig { average, count: squares as u32, wavelets, least: 0.1, ..tree_config(WIS_TREE_WAVELETS) };
+    let tree = BuiltTree::new(&config).unwrap();
+    let raised = |wavelets| pixels(Sparse { average, wavelets }).into_iter().map(|x| x.max(0.1)).sum::<f64>();
+    let mean = raised(&list) / (SIDE * SIDE) as f64;
+    assert!((tree.info.average / mean - 1.0).abs() < 1e-4, "{} {mean}", tree.info.average);
+}
+
+/// Whatever the bytes are, what is read is in order and finite, or they are refused.
+#[test]
+fn spoiled_bytes_are_refused_or_in_order() {
+    let (mut random, mut refused) = (Random(43), 0);
+    let bytes = packed(1.0, &scattered(&mut random, 60, 11));
+    let mut back = vec![Wavelets::default(); bytes.len()];
+    for cut in 0..bytes.len() {
+        assert_eq!(unpack(&bytes[..cut], &mut back), Err(Status::Corrupt), "{cut}");
+    }
+    for _ in 0..20_000 {
+        let mut spoiled = bytes.clone();
+        let place = (random.unit() * 40.0) as usize;
+        spoiled[place] ^= 1 << ((random.unit() * 8.0) as u32 & 7);
+        match unpack(&spoiled, &mut back) {
+            Ok((average, count)) => assert!(average.is_finite() && triple::is_ordered(&back[..count]), "{place}"),
+            Err(status) => refused += usize::from(status == Status::Corrupt),
+        }
+    }
+    assert!(refused > 2000, "{refused}");
+    // Indices ascend.
+    let mut square = packed(1.0, &[Wavelets { position: 0, level: 0, detail: [1.0; 3] }]);
+    assert!(unpack(&square, &mut back).is_ok() && square[19] == 1);
+    square[19] = 0;
+    assert_eq!(unpack(&square, &mut back), Err(Status::Corrupt));
 }

@@ -142,9 +142,6 @@ fn selections(w: &mut World) {
             vec![("tree", planar(w, n, 1)), ("rule", w.constant(rule)), ("keep", (n / part) as f64)]
         });
     }
-    w.curve("wis_sparse_select", "pixels", &PIXELS, linear, |w, n| {
-        vec![("tree", planar(w, n, 1)), ("keep", (n / 2) as f64)]
-    });
 }
 
 /// A way to place squares: their positions and levels.
@@ -163,23 +160,18 @@ fn scattered(count: usize) -> Vec<(u64, u32)> {
 
 const PLACES: [(&str, Places); 2] = [("count", dense), ("count, scattered", scattered)];
 
-/// Structs of a name whose details, from number `first` on, are a seed, 0.1 and the negative seed.
-fn elements(w: &mut World, name: &str, places: Places, count: usize, seed: f64) -> f64 {
-    let details = if name == "wis_details" {
-        ["detail[1]", "detail[2]", "detail[3]"]
-    } else {
-        ["detail[0]", "detail[1]", "detail[2]"]
-    };
+/// Wavelets whose details are a seed, 0.1 and the negative seed.
+fn elements(w: &mut World, places: Places, count: usize, seed: f64) -> f64 {
     let element = |(position, level): (u64, u32)| {
-        let [a, b, c] = details;
-        vec![("position", position as f64), ("level", f64::from(level)), (a, seed), (b, 0.1), (c, -seed)]
+        let place = [("position", position as f64), ("level", f64::from(level))];
+        [&place[..], &[("detail[0]", seed), ("detail[1]", 0.1), ("detail[2]", -seed)]].concat()
     };
     let all: Vec<Values> = places(count).into_iter().map(element).collect();
-    w.list(name, &all)
+    w.list("wis_wavelets", &all)
 }
 
 fn integral<'a>(w: &mut World, function: &str, places: Places, count: usize, pixels: usize) -> Values<'a> {
-    let [brdf, kept] = [0.2, 0.3].map(|seed| elements(w, "wis_wavelets", places, count, seed));
+    let [brdf, kept] = [0.2, 0.3].map(|seed| elements(w, places, count, seed));
     let visibility = if function == "wis_visibility_integral" { visible(w, pixels, 2) } else { planar(w, pixels, 2) };
     let (light, count) = (planar(w, pixels, 1), count as f64);
     let lists =
@@ -195,33 +187,40 @@ fn lists(w: &mut World) {
         w.curve(function, "pixels", &PIXELS, f64::log2, |w, n| integral(w, function, scattered, 64, n));
     }
     for (input, places) in PLACES {
-        w.curve("wis_sparse_multiply", input, &COUNTS, linear, |w, n| {
-            let [e, f] = [0.2, 0.3].map(|seed| {
-                let list = elements(w, "wis_details", places, n, seed);
-                w.of("wis_detail_set", &vec![("count", n as f64), ("average", 1.0), ("axes", 2.0), ("details", list)])
-            });
-            vec![("e", e), ("f", f), ("room", 24.0 * n as f64)]
+        w.curve("wis_sparse_pack", input, &COUNTS, linear, |w, n| {
+            let wavelets = elements(w, places, n, 0.2);
+            let packed = w.room(16 + 18 * n);
+            vec![
+                ("average", 1.0),
+                ("count", n as f64),
+                ("wavelets", wavelets),
+                ("room", (16 + 18 * n) as f64),
+                ("packed", packed),
+            ]
+        });
+        w.curve("wis_sparse_unpack", input, &COUNTS, linear, |w, n| {
+            let (wavelets, bytes) = (elements(w, places, n, 0.2), (16 + 18 * n) as f64);
+            let (packed, list) = (w.room(16 + 18 * n), w.room(20 * n));
+            let written =
+                [("average", 1.0), ("count", n as f64), ("wavelets", wavelets), ("room", bytes), ("packed", packed)];
+            w.call("wis_sparse_pack", &written.to_vec());
+            vec![("packed", packed), ("packed_bytes", bytes), ("room", n as f64), ("wavelets", list)]
         });
         for function in VERBS {
             w.curve(function, &format!("wavelets, {input}"), &COUNTS, linear, |w, n| {
-                let list = elements(w, "wis_wavelets", places, n, 0.2);
+                let list = elements(w, places, n, 0.2);
                 of(
                     w,
                     "WIS_TREE_WAVELETS",
                     vec![("count", n as f64), ("wavelets", list), ("average", 1.0), ("least", 0.1)],
                 )
             });
-            w.curve(function, &format!("details, {input}"), &COUNTS, linear, |w, n| {
-                let list = elements(w, "wis_details", places, n, 0.2);
-                let more = vec![("count", n as f64), ("details", list), ("average", 1.0), ("least", 0.1)];
-                of(w, "WIS_TREE_DETAILS", [vec![("dimensions", 2.0)], more].concat())
-            });
         }
     }
     for (input, sizes) in [("elements", COUNTS), ("lists", [1, 4, 16])] {
         w.curve("wis_triple_blend", input, &sizes, linear, |w, n| {
             let (lists, count) = if input == "lists" { (n, 256) } else { (4, n) };
-            let list = elements(w, "wis_wavelets", dense, count, 0.2);
+            let list = elements(w, dense, count, 0.2);
             let (list, counts) = (w.addresses(&vec![list; lists]), w.integers(&vec![count as u32; lists]));
             let weight = w.doubles(&vec![0.25; lists]);
             let room = (lists * count) as f64;

@@ -8,6 +8,7 @@ use std::ffi::CStr;
 pub const OK: u32 = 0;
 const MEMORY_TOO_SMALL: u32 = 4;
 const OVERFLOW: u32 = 6;
+const CORRUPT: u32 = 10;
 
 /// What is wrong, in a sentence.
 pub type Verdict = Result<(), String>;
@@ -99,8 +100,12 @@ fn written(case: &Case, given: &Given, status: u32) -> Verdict {
 /// Results that the header leaves undefined after a failure.
 fn undefined(function: &str, parameter: &str, status: u32) -> bool {
     match status {
-        MEMORY_TOO_SMALL => parameter.ends_with("_count") || function == "wis_triple_blend",
-        OVERFLOW => matches!(parameter, "wavelets" | "product" | "kept"),
+        MEMORY_TOO_SMALL => {
+            parameter.ends_with("_count")
+                || ["wis_triple_blend", "wis_sparse_pack", "wis_sparse_unpack"].contains(&function)
+        }
+        CORRUPT => function == "wis_sparse_unpack" && parameter == "wavelets",
+        OVERFLOW => parameter == "wavelets",
         _ => false,
     }
 }

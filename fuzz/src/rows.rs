@@ -86,7 +86,7 @@ fn needs(name: &str) -> &'static [&'static str] {
         {
             &["wis_tree"]
         }
-        "wis_warp_in_place" | "wis_sparse_select" => &["wis_tree"],
+        "wis_warp_in_place" => &["wis_tree"],
         _ => &[],
     }
 }
@@ -163,9 +163,9 @@ pub const ROWS: &[Row] = &[
     GONE,
     row("wis_triple_terms"),
     GONE,
-    row("wis_sparse_select"),
     GONE,
-    row("wis_sparse_multiply"),
+    GONE,
+    GONE,
     GONE,
     GONE,
     GONE,
@@ -193,4 +193,6 @@ pub const ROWS: &[Row] = &[
     row("wis_table_view"),
     row("wis_square_direction"),
     row("wis_square_point"),
+    row("wis_sparse_pack"),
+    row("wis_sparse_unpack"),
 ];

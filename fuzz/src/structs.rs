@@ -19,7 +19,6 @@ pub fn make(case: &mut Case, kind: &str) -> Vec<u8> {
         },
         "wis_wave" => wave(case, &mut fields),
         "wis_tree_config" => tree(case, &mut fields),
-        "wis_detail_set" => details(case, &mut fields),
         "wis_candidates" => candidates(case, &mut fields),
         "wis_jitter_config" => jitter(case, &mut fields),
         _ => {
@@ -296,10 +295,10 @@ fn strata(case: &mut Case, fields: &mut Fields) {
 /// A tree of any source: of pixels where there is nothing else to make it of.
 fn tree(case: &mut Case, fields: &mut Fields) {
     let (trees, lights) = (case.world.pool.of("wis_tree"), case.world.pool.of("wis_environment"));
-    let source = match case.random.below(7) {
+    let source = match case.random.below(6) {
         source @ (1 | 2) if !trees.is_empty() => source,
-        source @ (3 | 4) => source,
-        5 if !lights.is_empty() => 5,
+        3 => 3,
+        4 if !lights.is_empty() => 4,
         _ => 0,
     };
     fields.word("source", source as u64);
@@ -309,15 +308,9 @@ fn tree(case: &mut Case, fields: &mut Fields) {
         1 | 2 => most = ("tree_count", combined(case, fields, &trees, source == 1), "trees"),
         3 => {
             least(case, fields);
-            most = ("count", listed(case, fields, ("wis_wavelets", "wavelets"), 2), "wavelets");
+            most = ("count", listed(case, fields), "wavelets");
         }
-        4 => {
-            let axes = 1 + case.random.below(4);
-            fields.word("dimensions", axes as u64);
-            least(case, fields);
-            most = ("count", listed(case, fields, ("wis_details", "details"), axes), "details");
-        }
-        5 => rotated(case, fields, &lights),
+        4 => rotated(case, fields, &lights),
         _ => return pixels(case, fields),
     }
     if case.is_spoiled() {
@@ -382,26 +375,6 @@ fn least(case: &mut Case, fields: &mut Fields) {
     fields.word("least", case.random.pick(&[0.0, 1e-3, 1.0f64]).to_bits());
 }
 
-/// A function given by its average and a list.
-fn set(case: &mut Case, fields: &mut Fields, list: (&str, &str), axes: usize) {
-    let count = listed(case, fields, list, axes);
-    if case.is_spoiled() {
-        fields.spoil(&mut case.random);
-        if fields.get("count") > count {
-            fields.word(list.1, 0);
-        }
-    }
-}
-
-/// As many axes as the factor before, or fewer; hostile ones may have more.
-fn details(case: &mut Case, fields: &mut Fields) {
-    let most = if case.random.one_in(16) { 4 } else { case.number("axes").unwrap_or(4) };
-    let axes = 1 + case.random.below(most);
-    case.decide("axes", axes as u64);
-    fields.word("axes", axes as u64);
-    set(case, fields, ("wis_details", "details"), axes);
-}
-
 /// Directions and weights, packed or a stride apart.
 fn candidates(case: &mut Case, fields: &mut Fields) {
     let count = case.random.pick(&[0, 1, 2, 7, 24, 200]);
@@ -458,13 +431,13 @@ fn jitter(case: &mut Case, fields: &mut Fields) {
 }
 
 /// An average and a list of wavelets; how many.
-fn listed(case: &mut Case, fields: &mut Fields, (kind, path): (&str, &str), axes: usize) -> u64 {
+fn listed(case: &mut Case, fields: &mut Fields) -> u64 {
     let hostile = case.is_spoiled() && case.random.one_in(3);
-    let bytes = list(&mut case.random, kind, axes, hostile);
-    let layout = &case.world.headers.layouts[kind];
+    let bytes = list(&mut case.random, hostile);
+    let layout = &case.world.headers.layouts["wis_wavelets"];
     let (count, align) = ((bytes.len() / layout.size) as u64, layout.align);
     let first = case.input(&bytes, align);
-    fields.word(path, first);
+    fields.word("wavelets", first);
     fields.word("count", count);
     fields.word("average", f64::from(case.random.unit()).to_bits());
     count

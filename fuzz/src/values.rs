@@ -69,6 +69,7 @@ fn pointer(case: &mut Case, parameter: &Parameter) -> u64 {
             case.give_packed(Role::Input, &bytes, &layout)
         }
         ("wis_wavelets *const", _) => lists(case),
+        ("uint8_t", "packed") if parameter.is_input() => packed(case, &layout),
         _ if parameter.is_input() && layout.fields.first().is_some_and(|field| field.path == "size") => {
             let bytes = structs::make(case, pointee);
             case.give_packed(Role::Input, &bytes, &layout)
@@ -92,8 +93,7 @@ fn length(case: &Case, name: &str) -> usize {
         (_, "label") => case.texels,
         (_, "lights") => case.sizes.map_or(1, |[bytes, _]| bytes.min(LONGEST) / 36),
         (_, "pick") => number("picks"),
-        (_, "kept") => number("keep"),
-        ("wis_sparse_multiply", "product") => number("room"),
+        ("wis_sparse_pack", "packed") => number("room"),
         (_, "wavelets") => case.number("keep").or(case.number("room")).unwrap_or(1),
         _ => 1,
     }
@@ -296,7 +296,7 @@ fn lists(case: &mut Case) -> u64 {
     let (mut pointers, mut counts) = (Vec::new(), Vec::new());
     for _ in 0..length(case, "list") {
         let hostile = case.is_spoiled() && case.random.one_in(4);
-        let list = list(&mut case.random, "wis_wavelets", 2, hostile);
+        let list = list(&mut case.random, hostile);
         counts.extend(((list.len() / 20) as u32).to_le_bytes());
         let address = case.input(&list, 4);
         pointers.extend(address.to_le_bytes());
@@ -306,14 +306,14 @@ fn lists(case: &mut Case) -> u64 {
 }
 
 /// Wavelets of a random set of squares, depth first; out of order if hostile.
-pub fn list(random: &mut Random, kind: &str, axes: usize, hostile: bool) -> Vec<u8> {
+pub fn list(random: &mut Random, hostile: bool) -> Vec<u8> {
     let count = random.pick(&[0, 1, 3, 12, 40]);
     let mut squares: Vec<(u64, u32)> = (0..count)
         .map(|_| {
             let most = random.pick(&[5, 5, 5, 12]);
             let level = random.below(most);
-            let path = random.bits() & ((1 << (axes * level)) - 1);
-            (path << (axes * (12 - level)), level as u32)
+            let path = random.bits() & ((1 << (2 * level)) - 1);
+            (path << (2 * (12 - level)), level as u32)
         })
         .collect();
     squares.sort_unstable();
@@ -331,18 +331,30 @@ pub fn list(random: &mut Random, kind: &str, axes: usize, hostile: bool) -> Vec<
     let mut bytes = Vec::new();
     for (position, level) in squares {
         let mut detail = || if random.one_in(4) { 0.0 } else { (random.unit() - 0.5) * scale };
-        if kind == "wis_wavelets" {
-            bytes.extend((position as u32).to_le_bytes());
-            bytes.extend(level.to_le_bytes());
-            bytes.extend(bytes_of(&[detail(), detail(), detail()]));
-        } else {
-            bytes.extend(position.to_le_bytes());
-            bytes.extend(level.to_le_bytes());
-            bytes.extend([0; 4]);
-            bytes.extend((0..16).flat_map(|_| detail().to_le_bytes()));
-        }
+        bytes.extend((position as u32).to_le_bytes());
+        bytes.extend(level.to_le_bytes());
+        bytes.extend(bytes_of(&[detail(), detail(), detail()]));
     }
     bytes
+}
+
+/// What wis_sparse_pack writes, of any wavelets; its length is decided.
+fn packed(case: &mut Case, layout: &Layout) -> u64 {
+    let random = &mut case.random;
+    let (count, depth) = (random.below(40), 7 + random.below(6));
+    let mut bytes = [b"wp\x01", &[depth as u8][..], &[0; 4], &bytes_of(&[random.unit(), random.unit()])].concat();
+    for _ in 0..count {
+        bytes.push(1 + random.below(127) as u8);
+        bytes.extend((random.bits() as i16).to_le_bytes());
+    }
+    let length = bytes.len();
+    bytes[4..8].copy_from_slice(&(length as u32).to_le_bytes());
+    case.decide("packed_bytes", length as u64);
+    if case.is_spoiled() {
+        let place = case.random.below(length);
+        bytes[place] ^= 1 << case.random.below(8);
+    }
+    case.give_packed(Role::Input, &bytes, layout)
 }
 
 fn number(case: &mut Case, parameter: &Parameter) -> u64 {
@@ -395,7 +407,7 @@ fn list_length(case: &mut Case) -> Option<u64> {
         return None;
     }
     let hostile = case.spoiled == Some(case.words.len() + 1) && case.random.one_in(2);
-    case.list = list(&mut case.random, &next.pointee, 2, hostile);
+    case.list = list(&mut case.random, hostile);
     Some((case.list.len() / case.world.headers.layouts[&next.pointee].size) as u64)
 }
 

@@ -7,8 +7,8 @@
 use crate::numeric::{exp2i, is_float, times_power};
 use crate::status::{Result, Status};
 use crate::wavelets::morton::MAX_DEPTH;
-use crate::wavelets::sparse::{Element, shift, transform};
 use crate::wavelets::stored::AnyTree;
+use crate::wavelets::triple::Wavelets;
 
 /// The averages of a square and its details, as many as it has children.
 type Square = [f64; 16];
@@ -30,13 +30,13 @@ fn threshold(keep: u32, reached: impl Fn(u32) -> u64) -> (u32, u64) {
     (low, u64::from(keep).saturating_sub(reached(low + 1)))
 }
 
-/// Keeps the `keep` wavelets of a tree with the largest orthonormal coefficients; of equal ones the first in depth-first
+/// Keeps the `keep` wavelets of a tree of two axes with the largest orthonormal coefficients; of equal ones the first in depth-first
 /// order. Writes the squares that have any to `out`, in order, and answers how many
 /// there are: at most `keep`, and no more than there is room for. Details are multiplied by `2^exponent`.
 ///
 /// # Errors
 /// [`Status::Overflow`] if one of them is no float then.
-pub fn select<W: Element>(tree: &AnyTree, keep: u32, exponent: i32, out: &mut [W]) -> Result<usize> {
+pub fn select(tree: &AnyTree, keep: u32, exponent: i32, out: &mut [Wavelets]) -> Result<usize> {
     let reached = |threshold: u32| {
         let mut count = 0u64;
         each_size(tree, |size| count += u64::from(size > 0.0 && size.to_bits() >= threshold));
@@ -64,19 +64,19 @@ pub fn select<W: Element>(tree: &AnyTree, keep: u32, exponent: i32, out: &mut [W
 }
 
 /// A list that is being written.
-struct Written<'o, W> {
-    out: &'o mut [W],
+struct Written<'o> {
+    out: &'o mut [Wavelets],
     used: usize,
     exponent: i32,
     fits: bool,
 }
 
-impl<W: Element> Written<'_, W> {
-    fn push(&mut self, key: (u64, u32), details: &Square) {
-        let details = details.map(|d| times_power(d, self.exponent));
-        self.fits &= details.iter().skip(1).all(|d| is_float(*d));
+impl Written<'_> {
+    fn push(&mut self, (position, level): (u64, u32), &[_, a, b, c, ..]: &Square) {
+        let details = [a, b, c].map(|d| times_power(d, self.exponent));
+        self.fits &= details.iter().all(|d| is_float(*d));
         if let Some(slot) = self.out.get_mut(self.used) {
-            *slot = W::new(key, &details);
+            *slot = Wavelets { position: position as u32, level, detail: details.map(|d| d as f32) };
             self.used += 1;
         }
     }
@@ -91,7 +91,7 @@ impl<W: Element> Written<'_, W> {
 ///
 /// # Errors
 /// As [`select`].
-pub fn select_squares<W: Element>(tree: &AnyTree, keep: u32, exponent: i32, out: &mut [W]) -> Result<usize> {
+pub fn select_squares(tree: &AnyTree, keep: u32, exponent: i32, out: &mut [Wavelets]) -> Result<usize> {
     let axes = tree.axes();
     let norm = |level: u32, square: &Square| {
         let squares = square.iter().take(1 << axes).skip(1).map(|d| d * d).sum();
@@ -159,6 +159,22 @@ pub fn at_least(tree: &AnyTree, threshold: f64, exponent: i32) -> u32 {
     let mut count = 0;
     each_size(tree, |size| count += u32::from(size > 0.0 && times_power(size.into(), exponent) >= threshold));
     count
+}
+
+/// Bits of a position below those of a level.
+fn shift(axes: u32, level: u32) -> u32 {
+    axes * MAX_DEPTH.saturating_sub(level)
+}
+
+/// Sums over c of (-1)^popcount(f & c) value(c), for every f below 2^axes: but for a factor 2^axes, details from averages.
+#[inline(never)]
+fn transform(values: &mut Square, axes: u32) {
+    for axis in 0..axes.min(4) {
+        for c in (0..1usize << axes.min(4)).filter(|c| c >> axis & 1 == 0) {
+            let (low, high) = (values[c & 15], values[(c | 1 << axis) & 15]);
+            (values[c & 15], values[(c | 1 << axis) & 15]) = (low + high, low - high);
+        }
+    }
 }
 
 /// Calls `each` with the size of every orthonormal coefficient of a tree's wavelets.

@@ -1,9 +1,9 @@
 //! Wavelet importance sampling (Clarberg et al. 2005) and triple product wavelet integrals (Ng et al. 2004).
 //!
-//! Functions as fixed-depth sparse trees, rotated maps, tables of BRDFs, products of trees, the in-place kD warp, and products and
-//! integrals of any sets of wavelets. A file imports only what stands before it in this list: `morton`, `tree`, `image`,
-//! `prune`, `split`, `warp`, `inner`, `stored`, `pruned`, `combine`, `table`, `triple`, `sparse`, `approximate`, `visibility`, `grid`,
-//! `rotated`.
+//! Functions as fixed-depth sparse trees, rotated maps, tables of BRDFs, products of trees, the in-place kD warp, and sets of
+//! wavelets: trees and integrals of them, and how they are stored. A file imports only what stands before it in this list: `morton`,
+//! `tree`, `image`, `prune`, `split`, `warp`, `inner`, `stored`, `pruned`, `combine`, `table`, `triple`, `sparse`, `packed`,
+//! `approximate`, `visibility`, `grid`, `rotated`.
 
 pub mod approximate;
 pub mod combine;
@@ -11,6 +11,7 @@ pub mod grid;
 pub mod image;
 pub mod inner;
 pub mod morton;
+pub mod packed;
 pub mod prune;
 pub mod pruned;
 pub mod rotated;

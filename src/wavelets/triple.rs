@@ -40,17 +40,17 @@ impl Wavelets {
     }
 
     /// What comes first in depth-first order.
-    fn key(&self) -> (u32, u32) {
+    pub(crate) fn key(&self) -> (u32, u32) {
         (self.position, self.level)
     }
 
-    fn details(&self) -> [f64; 3] {
+    pub(crate) fn details(&self) -> [f64; 3] {
         self.detail.map(f64::from)
     }
 }
 
 /// Bits of a position below those of a level.
-fn shift(level: u32) -> u32 {
+pub(crate) fn shift(level: u32) -> u32 {
     (2 * MAX_DEPTH.saturating_sub(level)) & 31
 }
 
@@ -67,21 +67,11 @@ pub fn disorder(list: &[Wavelets]) -> Option<usize> {
             && w.position.trailing_zeros().min(2 * MAX_DEPTH) >= shift(w.level)
             && w.detail.iter().all(|d| d.is_finite())
     };
-    first_fault(list, on_grid, Wavelets::key)
-}
-
-/// The first element that is not sound, or not behind the one before it.
-pub(crate) fn first_fault<T, K: PartialOrd>(
-    list: &[T],
-    is_sound: impl Fn(&T) -> bool,
-    key: impl Fn(&T) -> K,
-) -> Option<usize> {
     let mut before = None;
-    list.iter().position(|element| {
-        let (last, here) = (before.take(), key(element));
-        let behind = last.is_none_or(|last| last < here);
-        before = Some(here);
-        !behind || !is_sound(element)
+    list.iter().position(|w| {
+        let behind = before.is_none_or(|last| last < w.key());
+        before = Some(w.key());
+        !behind || !on_grid(w)
     })
 }
 
@@ -90,9 +80,15 @@ type Square = [f64; 4];
 
 /// That function from the averages of the children: detail f is the mean of (-1)^popcount(f & c) times the average of child c.
 #[inline]
-pub fn analyse([a, b, c, d]: [f64; 4]) -> Square {
+pub fn analyse(children: [f64; 4]) -> Square {
+    butterfly(children).map(|sum| sum / 4.0)
+}
+
+/// The averages of the children from a function on a square.
+#[inline]
+pub(crate) fn butterfly([a, b, c, d]: Square) -> [f64; 4] {
     let (low, high) = ([a + b, a - b], [c + d, c - d]);
-    [low[0] + high[0], low[1] + high[1], low[0] - high[0], low[1] - high[1]].map(|sum| sum / 4.0)
+    [low[0] + high[0], low[1] + high[1], low[0] - high[0], low[1] - high[1]]
 }
 
 /// What the wavelets of a square add to the integral of three functions, each its average and its details, but for the

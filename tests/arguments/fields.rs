@@ -12,10 +12,8 @@ use wis::ffi::light::*;
 use wis::ffi::lights::jitter::JitterConfig;
 use wis::ffi::lights::strata::StrataConfig;
 use wis::ffi::pool::Candidates;
-use wis::ffi::wavelets::sparse::DetailSet;
 use wis::ffi::wavelets::tree::*;
 use wis::status::Status;
-use wis::wavelets::sparse::Details;
 use wis::wavelets::triple::Wavelets;
 
 const INVALID: Status = Status::InvalidArgument;
@@ -169,20 +167,12 @@ fn elements() {
 /// The field, and the number of the element at fault in a list that a struct points to.
 #[test]
 fn elements_of_fields() {
-    static DETAILS: [Details; 2] = [
-        Details { position: 0, level: 1, reserved: 0, detail: [0.0; 16] },
-        Details { position: 0, level: 0, reserved: 0, detail: [0.0; 16] },
-    ];
     static WEIGHTS: [f32; 3] = [1.0, f32::NAN, 1.0];
     static LABELS: [u32; 18] = {
         let mut labels = [0; 18];
         labels[1] = 2;
         labels
     };
-    let details: [Fault<DetailSet>; 1] = [("details", |set| set.details = DETAILS.as_ptr(), INVALID)];
-    for argument in ["e", "f"] {
-        second(check(&["wis_sparse_multiply"], argument, &details));
-    }
     let weights: [Fault<Candidates>; 1] = [("weight", |all| all.weight = WEIGHTS.as_ptr(), INVALID)];
     second(check(&["wis_pool_pick"], "candidates", &weights));
     let labels: [Fault<JitterConfig>; 1] = [("label", |config| config.label = LABELS.as_ptr(), INVALID)];
@@ -197,22 +187,9 @@ fn second(diagnostics: Vec<Diagnostic>) {
     }
 }
 
-/// What stands in a struct of sets, candidates and labels.
+/// What stands in a struct of candidates and labels.
 #[test]
 fn lists() {
-    static UNALIGNED: [u64; 1] = [0];
-    let details: [Fault<DetailSet>; 6] = [
-        ("axes", |set| set.axes = 0, INVALID),
-        ("axes", |set| set.axes = 5, INVALID),
-        ("reserved", |set| set.reserved = 1, INVALID),
-        ("average", |set| set.average = f64::INFINITY, INVALID),
-        ("details", |set| set.details = null(), NULL),
-        ("details", |set| set.details = UNALIGNED.as_ptr().wrapping_byte_add(2).cast(), MISALIGNED),
-    ];
-    for argument in ["e", "f"] {
-        check(&["wis_sparse_multiply"], argument, &details);
-    }
-    check::<DetailSet>(&["wis_sparse_multiply"], "f", &[("axes", |set| set.axes = 3, INVALID)]);
     let candidates: [Fault<Candidates>; 10] = [
         ("size", |all| all.size += 8, Status::InvalidStructSize),
         ("reserved", |all| all.reserved = 1, INVALID),
@@ -248,15 +225,14 @@ fn address(bytes: &[u8]) -> usize {
 fn rooms() {
     let scene = Scene::new();
     for (name, result, bytes) in [
-        ("wis_sparse_multiply", "product", size_of::<Details>()),
+        ("wis_sparse_unpack", "wavelets", size_of::<Wavelets>()),
         ("wis_triple_blend", "wavelets", size_of::<Wavelets>()),
     ] {
         let function = function(name);
         let mut call = Call::valid(&scene, &function);
         call.set("room", 1);
         call.answer();
-        let count = call.bytes(if name == "wis_sparse_multiply" { "product_count" } else { "wavelet_count" });
-        let count = u32::from_ne_bytes(count.try_into().expect("four bytes"));
+        let count = u32::from_ne_bytes(call.bytes("wavelet_count").try_into().expect("four bytes"));
         assert!(count > 1 && call.bytes(result).len() >= count as usize * bytes);
         assert_eq!(call.told().bytes_needed, u64::from(count) * bytes as u64, "{name}");
         assert_eq!(call.answer(), Status::MemoryTooSmall as usize);

@@ -15,14 +15,12 @@ use wis::ffi::pool::Candidates;
 use wis::ffi::product::{GridConfig, GridInfo};
 use wis::ffi::sampler::SamplerConfig;
 use wis::ffi::wave::DirectWave;
-use wis::ffi::wavelets::sparse::DetailSet;
 use wis::ffi::wavelets::tree::{TreeConfig, TreeInfo};
 use wis::ffi::{Diagnostic, MemorySize, WIS_ALIGNMENT};
 use wis::lights::strata::Light;
 use wis::pool::Pick;
 use wis::sample::Sample;
 use wis::status::Status;
-use wis::wavelets::sparse::Details;
 use wis::wavelets::triple::Wavelets;
 
 /// Calls `test` with every parameter of every function.
@@ -71,9 +69,7 @@ fn alignment(parameter: &Parameter) -> usize {
         "wis_material" => align_of::<MaterialData>(),
         "wis_point" => align_of::<PointData>(),
         "wis_wave" => align_of::<DirectWave>(),
-        "wis_details" => align_of::<Details>(),
         "wis_wavelets" => align_of::<Wavelets>(),
-        "wis_detail_set" => align_of::<DetailSet>(),
         "wis_candidates" => align_of::<Candidates>(),
         "wis_jitter_config" => align_of::<JitterConfig>(),
         "wis_wavelets *const" => align_of::<*const u8>(),

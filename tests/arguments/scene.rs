@@ -16,14 +16,12 @@ use wis::ffi::product::*;
 use wis::ffi::sampler::*;
 use wis::ffi::visibility::*;
 use wis::ffi::wave::{DirectWave, FloatsIn, FloatsOut, IntsIn};
-use wis::ffi::wavelets::sparse::DetailSet;
 use wis::ffi::wavelets::tree::*;
 use wis::ffi::wavelets::visibility::*;
 use wis::ffi::{Diagnostic, MemorySize};
 use wis::pool::Pick;
 use wis::sample::Sample;
 use wis::status::Status;
-use wis::wavelets::sparse::Details;
 use wis::wavelets::triple::Wavelets;
 
 /// A rotation about the axis (1, 1, 1).
@@ -36,7 +34,7 @@ const PRODUCT: usize = 48;
 /// Places of a visibility cache.
 const PLACES: u32 = 2;
 /// Sources of trees: all numbers from 0.
-pub const SOURCES: u32 = 6;
+pub const SOURCES: u32 = 5;
 /// Weights of trees and lists.
 const WEIGHTS: [f64; COUNT] = [0.5; COUNT];
 /// Rays of a point.
@@ -130,9 +128,8 @@ pub struct Scene {
     lists: [Block; 1],
     list: [*const Wavelets; COUNT],
     trees: [*const Tree; COUNT],
-    /// An environment and a list for a configuration of a tree.
+    /// An environment for a configuration of a tree.
     light: Block,
-    details: Block,
 }
 
 impl Scene {
@@ -168,7 +165,6 @@ impl Scene {
             list: [null(); COUNT],
             trees: [null(); COUNT],
             light: Block::unwritten(0),
-            details: Block::new(&numbers(&DETAILS), 0),
         };
         scene.build_light();
         scene.build_sampler();
@@ -349,6 +345,9 @@ impl Scene {
         let name = function.name.as_str();
         match parameter.name.as_str() {
             "count" if name == "wis_environment_run" => 1,
+            "count" if name == "wis_sparse_pack" => 2,
+            "packed_bytes" => packed().len(),
+            "room" if name == "wis_sparse_pack" => packed().len(),
             "pass" if name == "wis_environment_run" => 2,
             "count" => COUNT,
             "bytes" if function.takes("const void *memory") => self.stored(name).len(),
@@ -356,7 +355,7 @@ impl Scene {
             "scratch_bytes" => self.size(name).scratch_bytes,
             "picks" => 2,
             "keep" | "brdf_count" | "light_count" => 2,
-            "brdf_average" | "light" | "threshold" | "bound" => 1,
+            "average" | "brdf_average" | "light" | "threshold" | "bound" => 1,
             "u" => 0,
             "total" => 8,
             "side" => 4,
@@ -417,12 +416,14 @@ impl Scene {
             "const wis_wavelets *const *list" => numbers(&self.list),
             "const uint32_t *list_count" => numbers(&[2u32; COUNT]),
             "const double *weight" => numbers(&WEIGHTS),
-            "wis_wavelets *wavelets" if name == "wis_triple_blend" => unwritten(PRODUCT * size_of::<Wavelets>()),
-            "const wis_detail_set *e" | "const wis_detail_set *f" => detail_set(),
-            "wis_details *product" => unwritten(PRODUCT * size_of::<Details>()),
-            "uint32_t *product_count" => unwritten(4),
-            "wis_details *kept" => unwritten(2 * size_of::<Details>()),
-            "uint32_t *terms" | "uint32_t *kept_count" => unwritten(4),
+            "wis_wavelets *wavelets" if name == "wis_triple_blend" || name == "wis_sparse_unpack" => {
+                unwritten(PRODUCT * size_of::<Wavelets>())
+            }
+            "const wis_wavelets *wavelets" => numbers(&WAVELETS),
+            "const uint8_t *packed" => packed(),
+            "uint8_t *packed" => unwritten(packed().len()),
+            "size_t *packed_bytes" => unwritten(8),
+            "uint32_t *terms" => unwritten(4),
             "const wis_visibility *visibility" => self.visibility.clone(),
             "float direction[3]" => unwritten(12),
             "uint32_t cell[4]" | "float weights[4]" => unwritten(16),
@@ -530,10 +531,6 @@ impl Scene {
                     (config.average, config.count) = (1.0, 2);
                     config.wavelets = self.lists[0].pointer().cast_const().cast();
                 }
-                WIS_TREE_DETAILS => {
-                    (config.dimensions, config.average, config.count) = (2, 1.0, 2);
-                    config.details = self.details.pointer().cast_const().cast();
-                }
                 _ => {
                     (config.depth, config.least) = (2, 0.25);
                     config.environment = self.light.pointer().cast_const().cast();
@@ -544,17 +541,12 @@ impl Scene {
     }
 }
 
-/// The details of two cubes.
-static DETAILS: [Details; 2] = [
-    Details { position: 0, level: 0, reserved: 0, detail: [0.25; 16] },
-    Details { position: 1 << 22, level: 1, reserved: 0, detail: [-0.5; 16] },
-];
-
-fn detail_set() -> Vec<u8> {
-    plain(|set: &mut DetailSet| {
-        (set.size, set.axes, set.average) = (size_of::<DetailSet>() as u32, 2, 1.0);
-        (set.count, set.details) = (2, DETAILS.as_ptr());
-    })
+/// The wavelets as bytes.
+pub fn packed() -> Vec<u8> {
+    let mut bytes = vec![0; 100];
+    let length = wis::wavelets::packed::pack(1.0, &WAVELETS, &mut bytes);
+    bytes.truncate(length);
+    bytes
 }
 
 fn grid_config() -> Vec<u8> {

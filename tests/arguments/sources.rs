@@ -8,7 +8,6 @@ use std::ffi::c_void;
 use std::ptr::null;
 use wis::ffi::wavelets::tree::*;
 use wis::status::Status;
-use wis::wavelets::sparse::Details;
 use wis::wavelets::triple::Wavelets;
 
 const INVALID: Status = Status::InvalidArgument;
@@ -112,22 +111,12 @@ fn others(scene: &Scene, len: usize, kind: &str) -> [Block; 3] {
 fn lists() {
     let scene = Scene::new();
     let wavelets = [1, 0].map(|level| Wavelets { level, ..Wavelets::default() });
-    let details = [1, 0].map(|level| Details { level, ..Details::default() });
     let faults: &[Fault] = &[
         ("wavelets", 0, &|c| c.wavelets = null(), NULL),
         ("wavelets", 0, &|c| c.wavelets = off(c.wavelets), MISALIGNED),
         ("wavelets", 1, &|c| c.wavelets = wavelets.as_ptr(), INVALID),
     ];
     check(&scene, BOTH, WIS_TREE_WAVELETS, faults);
-    let faults: &[Fault] = &[
-        ("dimensions", 0, &|c| c.dimensions = 0, INVALID),
-        ("dimensions", 0, &|c| c.dimensions = 5, INVALID),
-        ("dimensions", 0, &|c| c.dimensions = u32::MAX, INVALID),
-        ("details", 0, &|c| c.details = null(), NULL),
-        ("details", 0, &|c| c.details = off(c.details), MISALIGNED),
-        ("details", 1, &|c| c.details = details.as_ptr(), INVALID),
-    ];
-    check(&scene, BOTH, WIS_TREE_DETAILS, faults);
     let faults: &[Fault] = &[
         ("average", 0, &|c| c.average = f64::NAN, INVALID),
         ("average", 0, &|c| c.average = f64::INFINITY, INVALID),
@@ -136,10 +125,8 @@ fn lists() {
         ("least", 0, &|c| c.least = f64::INFINITY, INVALID),
     ];
     check(&scene, BUILD, WIS_TREE_WAVELETS, faults);
-    check(&scene, BUILD, WIS_TREE_DETAILS, faults);
     // Nothing to do is no fault, wherever the list is.
     accepted(&scene, WIS_TREE_WAVELETS, |c| (c.count, c.wavelets) = (0, null()));
-    accepted(&scene, WIS_TREE_DETAILS, |c| (c.count, c.details) = (0, null()));
 }
 
 #[test]
@@ -215,7 +202,7 @@ fn spoil(c: &mut TreeConfig, source: u32) {
     fn wild<T>() -> *const T {
         std::ptr::without_provenance(usize::MAX)
     }
-    if !reads(&[WIS_TREE_PIXELS, WIS_TREE_DETAILS]) {
+    if !reads(&[WIS_TREE_PIXELS]) {
         c.dimensions = 99;
     }
     if !reads(&[WIS_TREE_PIXELS, WIS_TREE_ENVIRONMENT]) {
@@ -230,16 +217,10 @@ fn spoil(c: &mut TreeConfig, source: u32) {
     if !reads(&[WIS_TREE_BLEND]) {
         c.weight = wild();
     }
-    if !reads(&[WIS_TREE_WAVELETS, WIS_TREE_DETAILS]) {
-        (c.average, c.count) = (f64::NAN, u32::MAX);
-    }
     if !reads(&[WIS_TREE_WAVELETS]) {
-        c.wavelets = wild();
+        (c.average, c.count, c.wavelets) = (f64::NAN, u32::MAX, wild());
     }
-    if !reads(&[WIS_TREE_DETAILS]) {
-        c.details = wild();
-    }
-    if !reads(&[WIS_TREE_WAVELETS, WIS_TREE_DETAILS, WIS_TREE_ENVIRONMENT]) {
+    if !reads(&[WIS_TREE_WAVELETS, WIS_TREE_ENVIRONMENT]) {
         c.least = f64::NAN;
     }
     if !reads(&[WIS_TREE_ENVIRONMENT]) {
@@ -258,7 +239,6 @@ fn blocks() {
             call.set(name, word);
             call
         };
-        let is_list = [WIS_TREE_WAVELETS, WIS_TREE_DETAILS].contains(&source);
         let wild: *const c_void = std::ptr::without_provenance(8);
         for (name, word, status) in [
             ("memory", 0, NULL),
@@ -266,7 +246,7 @@ fn blocks() {
             ("scratch", 0, NULL),
             ("scratch", wild as usize, MISALIGNED),
         ] {
-            if name == "scratch" && is_list {
+            if name == "scratch" && source == WIS_TREE_WAVELETS {
                 given(name, word).succeeds("no scratch memory");
             } else {
                 given(name, word).fails(&format!("source {source}"), status, name);

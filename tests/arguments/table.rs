@@ -108,8 +108,8 @@ pub const TABLE: &[Entry] = table! {
     );
     wis_triple_blend(count, list, list_count, weight, room, wavelets, wavelet_count, diagnostic);
     wis_triple_terms(tree, rule, bound, terms);
-    wis_sparse_select(tree, keep, kept, kept_count, diagnostic);
-    wis_sparse_multiply(e, f, room, product, product_count, average, diagnostic);
+    wis_sparse_pack(average, count, wavelets, room, packed, packed_bytes, diagnostic);
+    wis_sparse_unpack(packed, packed_bytes, room, wavelets, wavelet_count, average, diagnostic);
     wis_visibility_size(tree, size, diagnostic);
     wis_visibility_init(tree, memory, bytes, visibility, diagnostic);
     wis_visibility_open(memory, bytes, visibility, diagnostic);

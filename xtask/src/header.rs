@@ -70,7 +70,6 @@ const HEADERS: [Header; 3] = [
         file: "wis_wavelets.h",
         sources: &[
             "src/wavelets/triple.rs",
-            "src/wavelets/sparse.rs",
             "src/wavelets/combine.rs",
             "src/ffi/wavelets/tree/build.rs src/ffi/wavelets/tree.rs src/wavelets/stored.rs",
             "src/wavelets/table.rs",

@@ -10,8 +10,8 @@
  * rendering, wis_direct and wis_product in wis.h are faster: they build no trees at a hit.
  *
  * Trees of any function of 1 to 4 variables: wis_tree_*, wis_warp_*. wis_tree_init also makes trees of products and
- * sums of trees, of lists of wavelets and of rotated maps. Products of such lists: wis_sparse_*. Triple product integrals of BRDF,
- * light and visibility (Ng et al. 2004): wis_triple_*, wis_visibility_*.
+ * sums of trees, of lists of wavelets and of rotated maps. Such lists in 3 to 4 bytes a wavelet: wis_sparse_*. Triple product integrals
+ * of BRDF, light and visibility (Ng et al. 2004): wis_triple_*, wis_visibility_*.
  *
  * The rules of wis.h for memory, threads, failure, structs, arguments, spaces and random numbers hold here.
  */

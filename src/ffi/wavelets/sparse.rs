@@ -1,16 +1,14 @@
-//! Sparse sets of wavelets in C: the largest of a tree, and products.
+//! Sparse sets of wavelets in C: how many of a tree's are kept, and how they are stored.
 
 use crate::ffi::wavelets::memory::ordered;
 use crate::ffi::wavelets::tree::{Tree, view};
-use crate::ffi::{Checked, Diagnostic, answer, out, put, require, sized, slice_mut};
+use crate::ffi::{Diagnostic, answer, out, put, require, slice, slice_mut};
+use crate::numeric::is_float;
 use crate::status::{Error, Status};
-use crate::wavelets::approximate;
-use crate::wavelets::sparse::{self, Details, Set, Unfit};
 use crate::wavelets::stored::Stored;
+use crate::wavelets::triple::{Wavelets, disorder};
+use crate::wavelets::{approximate, packed as kernel};
 use core::ptr::null_mut;
-
-/// The most axes of a function.
-const MOST_AXES: u32 = 4;
 
 /// Rule of wis_triple_terms: the fewest that leave a relative L2 error of at most `bound`. Costs 33 visits of each square.
 pub const WIS_TERMS_ERROR: u32 = 0;
@@ -18,8 +16,8 @@ pub const WIS_TERMS_ERROR: u32 = 0;
 /// each square.
 pub const WIS_TERMS_THRESHOLD: u32 = 1;
 
-/// How many of a tree's largest wavelets wis_triple_select and wis_sparse_select are asked to keep, by a `rule`: WIS_TERMS_ERROR
-/// or WIS_TERMS_THRESHOLD, else WIS_INVALID_ARGUMENT. `bound` is 0 or more. Work: squares.
+/// How many of a tree's largest wavelets wis_triple_select is asked to keep, by a `rule`: WIS_TERMS_ERROR or WIS_TERMS_THRESHOLD,
+/// else WIS_INVALID_ARGUMENT. `bound` is 0 or more. Work: squares.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -37,120 +35,67 @@ pub unsafe extern "C" fn wis_triple_terms(tree: *const Tree, rule: u32, bound: f
     })
 }
 
-/// As wis_triple_select, for a tree of 1 to 4 axes: its `keep` wavelets with the largest orthonormal coefficients, into `kept`.
-/// Work: squares.
+/// Stores a function of two axes as the papers do: its average, and any of its wavelets as an index by difference and 16 bits of
+/// one scale, 3 to 4 bytes for each where they are dense (Clarberg et al. 2005, Section 7, has 300 kB for 2 % of 16 x 16 slices of
+/// 64 x 64 in three colours, and 5 MB for 32 x 32 of 128 x 128). A slice of a table takes a call; slices may stand one behind
+/// another, without alignment.
+///
+/// `average`: finite, kept as a float. `wavelets`: as wis_triple_select writes them (WIS_INVALID_ARGUMENT if they are out of order;
+/// `y` in the diagnostic is the first element that is). Coefficients are rounded to 1/32767 of the largest orthonormal one, and
+/// dropped where that is 0. `packed` has room for `room` bytes; `packed_bytes` tells how many the function takes: at most 16, and 18
+/// for each element. WIS_MEMORY_TOO_SMALL if there is no room for them; `packed` is then undefined. WIS_OVERFLOW if the average is
+/// beyond a float. Work: count.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_sparse_select(
-    tree: *const Tree,
-    keep: u32,
-    kept: *mut Details,
-    kept_count: *mut u32,
+pub unsafe extern "C" fn wis_sparse_pack(
+    average: f64,
+    count: u32,
+    wavelets: *const Wavelets,
+    room: usize,
+    packed: *mut u8,
+    packed_bytes: *mut usize,
     diagnostic: *mut Diagnostic,
 ) -> Status {
     // SAFETY: the caller's contract.
     answer(diagnostic, || unsafe {
-        let stored = view(tree, 1)?;
-        let (list, target) = (slice_mut(kept, keep as usize, 3)?, out(kept_count, 4)?);
-        let used = approximate::select(&stored.tree, keep, stored.header.exponent, list);
-        target.write(used.map_err(|status| Error::new(status, 1))? as u32);
-        Ok(())
+        require(average.is_finite(), Status::InvalidArgument, 1)?;
+        require(is_float(average), Status::Overflow, 1)?;
+        let list = ordered(wavelets, count, 3, disorder)?;
+        let (packed, target) = (slice_mut(packed, room, 5)?, out(packed_bytes, 6)?);
+        let bytes = kernel::pack(average as f32, list, packed);
+        target.write(bytes);
+        if bytes > room { Err(Error::too_small(4, bytes)) } else { Ok(()) }
     })
 }
 
-/// A function of 1 to 4 axes: its average, and some of its wavelets, depth first.
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct DetailSet {
-    /// sizeof(wis_detail_set).
-    pub size: u32,
-    /// How many axes, 1 to 4.
-    pub axes: u32,
-    /// Elements of `details`.
-    pub count: u32,
-    /// Always 0.
-    pub reserved: u32,
-    /// Over the whole cube; finite, may be negative.
-    pub average: f64,
-    /// By position, and squares before those inside them. Null if there are none.
-    pub details: *const Details,
-}
-
-/// The product of a function `e` of 1 to 4 axes and one, `f`, of the first of them, constant along the rest (Clarberg et al. 2005,
-/// Section 4.3; values may be negative): its average and its details, without decompression. Each square that either has a
-/// wavelet in is visited once. `product` has room for `room` elements. WIS_MEMORY_TOO_SMALL if the product has more squares: then
-/// nothing is multiplied, and `product_count` alone is written. It tells how many squares the product has; 2^32 - 1 stands for
-/// that many or more. Of two axes these are at most 12 times the sum of both counts. Where `e` is constant and `f` is not, they are as
-/// many as n axes ask for: 2^((n - m) level) for each of the m axes of `f`. WIS_INVALID_ARGUMENT for an average that is not finite, or
-/// a list that is out of order: `y` in the diagnostic is the first element that is. WIS_OVERFLOW if the average is beyond a double
-/// or a detail beyond a float; `product` is then undefined. Work: details of e and f + squares of the product.
+/// Reads what wis_sparse_pack wrote, one function at a time, as a list for WIS_TREE_WAVELETS, from which trees are sampled, queried
+/// and multiplied, and for wis_triple_sublinear, wis_triple_blend and wis_visibility_integral. `packed`: `packed_bytes` bytes, of
+/// which as many are read as the function has. WIS_CORRUPT if they are no such function. A change that leaves one is not noticed: there is
+/// no checksum. `wavelets` has room for `room` elements; `wavelet_count` tells how many squares there are, at most a third of the
+/// bytes. WIS_MEMORY_TOO_SMALL if there is no room for them. `wavelets` is undefined after both. Work: packed_bytes.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_sparse_multiply(
-    e: *const DetailSet,
-    f: *const DetailSet,
+pub unsafe extern "C" fn wis_sparse_unpack(
+    packed: *const u8,
+    packed_bytes: usize,
     room: u32,
-    product: *mut Details,
-    product_count: *mut u32,
+    wavelets: *mut Wavelets,
+    wavelet_count: *mut u32,
     average: *mut f64,
     diagnostic: *mut Diagnostic,
 ) -> Status {
-    // SAFETY: the caller's contract; the product does not overlap its factors.
+    // SAFETY: the caller's contract; the list does not overlap the bytes.
     answer(diagnostic, || unsafe {
-        let e = cube(e, MOST_AXES, 1)?;
-        let f = cube(f, e.0, 2)?;
-        let product = slice_mut(product, room as usize, 4)?;
-        let results = (out(product_count, 5)?, out(average, 6)?);
-        report(sparse::multiply(e, f, product), results)
+        let (packed, list) = (slice(packed, packed_bytes, 1)?, slice_mut(wavelets, room as usize, 4)?);
+        let (to_count, to_average) = (out(wavelet_count, 5)?, out(average, 6)?);
+        let (mean, squares) = kernel::unpack(packed, list).map_err(|status| Error::new(status, 1))?;
+        to_count.write(squares as u32);
+        to_average.write(mean.into());
+        let needed = squares * size_of::<Wavelets>();
+        if squares > list.len() { Err(Error::too_small(3, needed)) } else { Ok(()) }
     })
-}
-
-/// A set of any axes, at most so many, with their number, checked.
-///
-/// # Safety
-/// The pointer is null or points to what the header says.
-unsafe fn cube<'a>(set: *const DetailSet, most: u32, argument: u32) -> Checked<(u32, Set<'a, Details>)> {
-    // SAFETY: the caller's contract.
-    unsafe {
-        let &DetailSet { axes, count, reserved, average, details, .. } = sized(set, argument)?;
-        Error::first([
-            ((1..=most).contains(&axes), c"axes"),
-            (reserved == 0, c"reserved"),
-            (average.is_finite(), c"average"),
-        ])
-        .map_err(|error| error.instead(argument))?;
-        let in_order = |list: &[Details]| sparse::disorder(list, axes);
-        let list = ordered(details, count, argument, in_order).map_err(|at| at.of(c"details"))?;
-        Ok((axes, Set { average, wavelets: list }))
-    }
-}
-
-/// Writes what a product of sets is. Argument 3 is at fault if there are more elements.
-///
-/// # Safety
-/// The pointers are those of the caller's results.
-unsafe fn report(
-    product: core::result::Result<(f64, usize), Unfit>,
-    (to_count, to_average): (*mut u32, *mut f64),
-) -> Checked<()> {
-    // SAFETY: the caller's contract.
-    let tell = |squares: u64| unsafe { to_count.write(u32::try_from(squares).unwrap_or(u32::MAX)) };
-    match product {
-        Ok((mean, squares)) => {
-            tell(squares as u64);
-            // SAFETY: the caller's contract.
-            unsafe { to_average.write(mean) };
-            Ok(())
-        }
-        Err(Unfit::Room(squares)) => {
-            tell(squares);
-            let bytes = squares.saturating_mul(size_of::<Details>() as u64);
-            Err(Error::too_small(3, usize::try_from(bytes).unwrap_or(usize::MAX)))
-        }
-        Err(Unfit::Range) => Err(Error::new(Status::Overflow, 0)),
-    }
 }

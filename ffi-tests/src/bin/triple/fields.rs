@@ -170,9 +170,9 @@ pub fn write(page: &mut Paper, light: &Light) -> Result<()> {
             let trees = domain.trees(&(material.value)(normal, toward, &directions))?;
             let lost = 1.0 - size.accuracy;
             let all = domain.all(&trees)?;
-            let [energy, energy_bytes] = squares_within(domain, &trees, &all, lost);
+            let [energy, energy_bytes] = squares_within(&trees, &all, lost)?;
             let seconds = processor::seconds() - start;
-            let [strict, strict_bytes] = squares_within(domain, &trees, &all, lost * lost);
+            let [strict, strict_bytes] = squares_within(&trees, &all, lost * lost)?;
             Ok([energy, energy_bytes, strict, strict_bytes, seconds])
         })?;
         let mean = |k: usize| each.iter().map(|row| row[k]).sum::<f64>() / each.len() as f64;
@@ -243,7 +243,7 @@ fn cube_cell(side: u32, cell: usize) -> Vec3 {
 }
 
 /// Squares on all faces that leave a share of the energy, and their bytes.
-fn squares_within(domain: Domain, trees: &[Tree], all: &domain::Lists, lost: f64) -> [f64; 2] {
+fn squares_within(trees: &[Tree], all: &domain::Lists, lost: f64) -> Result<[f64; 2]> {
     let mut energies: Vec<f64> = all.iter().flatten().map(domain::energy).filter(|energy| *energy > 0.0).collect();
     energies.sort_by(f64::total_cmp);
     let means: f64 = trees.iter().map(|tree| tree.info.average.powi(2)).sum();
@@ -255,7 +255,7 @@ fn squares_within(domain: Domain, trees: &[Tree], all: &domain::Lists, lost: f64
     });
     let keep = energies.len() - small.count();
     let lists = domain::largest(all.clone(), keep);
-    let bytes =
-        trees.iter().zip(&lists).map(|(tree, list)| Packed::new(domain.depth, tree.info.average, list, 0.0).size());
-    [keep as f64, bytes.sum::<usize>() as f64]
+    let packed = |(tree, list): (&Tree, &Vec<_>)| Ok(Packed::new(tree.info.average, list, 0.0)?.size());
+    let bytes = trees.iter().zip(&lists).map(packed).sum::<Result<usize>>()?;
+    Ok([keep as f64, bytes as f64])
 }

@@ -54,12 +54,11 @@ fn sizes(page: &mut Paper, (slices, depth, goal): (u32, u32, f64)) -> Result<()>
         let (mut list, mut us, mut bytes) = (Vec::new(), f64::MAX, 0);
         for round in 0..3 {
             let start = processor::seconds();
-            packed.iter().for_each(|slice| black_box(slice).unpack(&mut list));
+            packed.iter().try_for_each(|slice| black_box(slice).unpack(&mut list).map(|_| ()))?;
             us = us.min((processor::seconds() - start) * 1e6 / packed.len() as f64);
             if round == 0 {
                 for slice in &packed {
-                    slice.unpack(&mut list);
-                    bytes += Tree::of_wavelets(slice.average(), &list, 0.0)?.info.bytes as usize;
+                    bytes += slice.tree()?.info.bytes as usize;
                 }
             }
         }
@@ -102,8 +101,8 @@ pub fn sparse(trees: &[Tree], depth: u32, share: f64) -> Result<(Vec<Packed>, f6
     let whole = trees.iter().map(|tree| tree.info.average.powi(2)).sum::<f64>() + all.iter().map(square).sum::<f64>();
     let (mut packed, mut lost, mut back) = (Vec::new(), 0.0, Vec::new());
     for (tree, list) in trees.iter().zip(&lists) {
-        let slice = Packed::new(depth, tree.info.average, list, least);
-        slice.unpack(&mut back);
+        let slice = Packed::new(tree.info.average, list, least)?;
+        slice.unpack(&mut back)?;
         let mut kept = back.iter().peekable();
         for w in list {
             let there = kept.next_if(|b| (b.position, b.level) == (w.position, w.level)).map_or([0.0; 3], |b| b.detail);
@@ -117,8 +116,8 @@ pub fn sparse(trees: &[Tree], depth: u32, share: f64) -> Result<(Vec<Packed>, f6
 
 const TEXT: &str = "Every BRDF file at hand, BRDF x cosine about the mirror direction (`wis_table_view`, four places in a pixel).
 Errors: relative L2 over the whole table in luminance, of what is read back. The wavelets that are kept are the largest of all slices, as in
-the paper. *Packed*: an index by difference in one or two bytes, a value of 16 bits, and a scale, an average and a length for each slice.
-A slice is unpacked into a list that `WIS_TREE_WAVELETS`, products and integrals take. The paper has a slice for each of two angles of the
+the paper. *Packed* (`wis_sparse_pack`): an index by difference in one or two bytes, a value of 16 bits, and 16 bytes for each slice.
+A slice is unpacked (`wis_sparse_unpack`) into a list that `WIS_TREE_WAVELETS`, products and integrals take. The paper has a slice for each of two angles of the
 view. An isotropic BRDF depends on its elevation alone, so each slice of an elevation counts as often as there are azimuths.
 Trees hold the same wavelets ready to sample, with the squares above them. The Cornell sets (those without _rgb) are read as luminance alone.
 ";

@@ -10,7 +10,7 @@ use crate::status::{Error, Status};
 use crate::wavelets::combine::{MAX_FACTORS, WIS_MAX_BLEND, add_in, multiply_in, product_size, sum_size};
 use crate::wavelets::pruned::Config;
 use crate::wavelets::rotated::Rotation;
-use crate::wavelets::sparse::{self, Details, Element, Set};
+use crate::wavelets::sparse::{self, Sparse};
 use crate::wavelets::stored::{Header, Refused, Stored};
 use crate::wavelets::triple::{Wavelets, disorder};
 use crate::wavelets::{image, morton};
@@ -57,9 +57,6 @@ pub const WIS_TREE_BLEND: u32 = 2;
 ///
 /// The size is exactly the bytes in use, without scratch memory. wis_tree_size does not read `average` and `least`. Work: count.
 pub const WIS_TREE_WAVELETS: u32 = 3;
-/// Source of a tree: as WIS_TREE_WAVELETS, for a function of 1 to 4 axes: what wis_sparse_multiply gives, as something to
-/// sample. It reads `dimensions`, `average`, `count`, `details` and `least`. Work: count.
-pub const WIS_TREE_DETAILS: u32 = 4;
 /// Source of a tree: the luminance of an environment over the octahedral square of another frame, a map that is rotated about a
 /// direction (Clarberg et al. 2005, Section 6.1). It reads `depth`, `error_budget`, `least`, `environment` and `world_from_tree`.
 /// With a BRDF that is tabulated about the same direction WIS_TREE_PRODUCT gives their product; WIS_TREE_BLEND interpolates
@@ -70,7 +67,7 @@ pub const WIS_TREE_DETAILS: u32 = 4;
 /// compensated environment it is the tree of what compensation leaves. wis_tree_size tells the bytes that the tree needs at most, and
 /// reads neither the environment nor the matrix.
 /// Work: (columns + 2^depth) x (rows + 2^depth), of the map with all its faces.
-pub const WIS_TREE_ENVIRONMENT: u32 = 5;
+pub const WIS_TREE_ENVIRONMENT: u32 = 4;
 
 /// What to build. Fields that the source does not read need not be set.
 #[repr(C)]
@@ -80,7 +77,7 @@ pub struct TreeConfig {
     pub size: u32,
     /// What the tree is made of: a WIS_TREE_ constant, which tells the fields that are read. 0 is WIS_TREE_PIXELS.
     pub source: u32,
-    /// Of pixels and details: axes n, 1 to 4.
+    /// Of pixels: axes n, 1 to 4.
     pub dimensions: u32,
     /// Of pixels and environments: the grid has 2^depth pixels along each axis; 0 to 12. For environments the paper has 6 and 7.
     pub depth: u32,
@@ -95,15 +92,13 @@ pub struct TreeConfig {
     pub trees: *const *const Tree,
     /// Of blends: a weight for each tree, finite, 0 or more.
     pub weight: *const f64,
-    /// Of wavelets and details: the average of the function, finite.
+    /// Of wavelets: the average of the function, finite.
     pub average: f64,
-    /// Of wavelets and details: elements of the list.
+    /// Of wavelets: elements of the list.
     pub count: u32,
     /// Of wavelets: the list, in order.
     pub wavelets: *const Wavelets,
-    /// Of details: the list, in order.
-    pub details: *const Details,
-    /// Of wavelets and details: the value that smaller ones are raised to, finite, 0 or more. Of environments: the share of the
+    /// Of wavelets: the value that smaller ones are raised to, finite, 0 or more. Of environments: the share of the
     /// map's mean that is added to each pixel, 0 to 1e6: what keeps the pdf above 0 wherever there is light.
     pub least: f64,
     /// Of environments: the map.
@@ -165,8 +160,7 @@ unsafe fn needed(config: &TreeConfig) -> Checked<Size> {
             WIS_TREE_PIXELS => grid(config)?.size(),
             WIS_TREE_PRODUCT => product_size(factors(config)?.all()),
             WIS_TREE_BLEND => sum_size(terms(config)?.all()),
-            WIS_TREE_WAVELETS => sparse::size(2, wavelets(config)?),
-            WIS_TREE_DETAILS => sparse::size(config.dimensions, details(config)?),
+            WIS_TREE_WAVELETS => sparse::size(wavelets(config)?),
             WIS_TREE_ENVIRONMENT => rotation(config)?.size(),
             _ => return Err(no_source()),
         }
@@ -190,8 +184,7 @@ unsafe fn built(config: &TreeConfig, blocks: &Blocks) -> Checked<Built> {
                 Ok(multiply_in(factors.all(), block, scratch))
             }
             WIS_TREE_BLEND => of_terms(config, blocks),
-            WIS_TREE_WAVELETS => of_list(config, 2, wavelets(config)?, blocks),
-            WIS_TREE_DETAILS => of_list(config, config.dimensions, details(config)?, blocks),
+            WIS_TREE_WAVELETS => of_wavelets(config, blocks),
             WIS_TREE_ENVIRONMENT => of_environment(config, blocks),
             _ => Err(no_source()),
         }
@@ -227,12 +220,14 @@ unsafe fn of_terms(config: &TreeConfig, blocks: &Blocks) -> Checked<Built> {
 
 /// # Safety
 /// As [`built`].
-unsafe fn of_list<W: Element>(config: &TreeConfig, axes: u32, list: &[W], blocks: &Blocks) -> Checked<Built> {
+unsafe fn of_wavelets(config: &TreeConfig, blocks: &Blocks) -> Checked<Built> {
     let &TreeConfig { average, least, .. } = config;
+    // SAFETY: the caller's contract.
+    let wavelets = unsafe { wavelets(config)? };
     in_range([(average.is_finite(), c"average"), ((0.0..=f64::MAX).contains(&least), c"least")])?;
     // SAFETY: the caller's contract.
-    let (block, _) = unsafe { blocks.of(sparse::size(axes, list).ok_or(overflow(config))?)? };
-    Ok(sparse::build_in(axes, Set { average, wavelets: list }, least, block))
+    let (block, _) = unsafe { blocks.of(sparse::size(wavelets).ok_or(overflow(config))?)? };
+    Ok(sparse::build_in(Sparse { average, wavelets }, least, block))
 }
 
 /// # Safety
@@ -297,7 +292,6 @@ fn subject(config: &TreeConfig) -> &'static CStr {
     match config.source {
         WIS_TREE_PIXELS => c"pixels",
         WIS_TREE_WAVELETS => c"wavelets",
-        WIS_TREE_DETAILS => c"details",
         WIS_TREE_ENVIRONMENT => c"environment",
         _ => c"trees",
     }
@@ -356,18 +350,6 @@ fn rotation(config: &TreeConfig) -> Checked<Rotation> {
 unsafe fn wavelets<'a>(config: &TreeConfig) -> Checked<&'a [Wavelets]> {
     // SAFETY: the caller's contract.
     unsafe { ordered(config.wavelets, config.count, 1, disorder) }.map_err(|at| at.of(c"wavelets"))
-}
-
-/// The list of a function of any axes.
-///
-/// # Safety
-/// As [`wavelets`].
-unsafe fn details<'a>(config: &TreeConfig) -> Checked<&'a [Details]> {
-    let &TreeConfig { dimensions, count, details, .. } = config;
-    in_range([((1..=4).contains(&dimensions), c"dimensions")])?;
-    // SAFETY: the caller's contract.
-    let list = unsafe { ordered(details, count, 1, |list| sparse::disorder(list, dimensions)) };
-    list.map_err(|at| at.of(c"details"))
 }
 
 /// The trees of a configuration.

@@ -36,6 +36,12 @@ impl Mixture {
     pub const NONE: Mixture = Mixture { narrow: 0.0, share: 0.0, through: 0.0, resolved: 0.0 };
 }
 
+/// Of views with a smaller cosine, below 80 degrees and more, the grid sees no lobe that is narrower than the next constant: with
+/// [`Mixture::resolved`] alone GGX 0.02 states an integral 7 to 22 % off under a smooth sky.
+pub const GRAZING: f32 = 0.175;
+/// See above.
+const RESOLVED_IF_GRAZING: f32 = 0.085;
+
 /// The share of a lobe that transmits far beyond its critical angle: what passes is a sliver at the horizon, which the grid does not resolve. From
 /// the critical angle on it grows with the normals that let nothing through.
 const BEYOND: f32 = 0.75;
@@ -88,7 +94,7 @@ pub fn width(shape: &Shape, cosine: f32) -> f32 {
 /// However little microfacets bend what they let through, they are made no rougher than the cosine squared: rougher ones let through up to
 /// twice as much at grazing views.
 pub fn widened(material: &Material, mixture: &Mixture, cosine: f32) -> Option<Material> {
-    let least = mixture.resolved;
+    let least = if cosine < GRAZING { max(mixture.resolved, RESOLVED_IF_GRAZING) } else { mixture.resolved };
     if material.lobes().iter().all(|shape| width(shape, 1.0) >= least) {
         return None;
     }

@@ -209,7 +209,9 @@ impl Task<'_> {
         let peak = if allowed > 0.0 { surface.mirror() } else { [0.0; 3] };
         let widened = widened(environment, point, &config.mixture, surface.wo()[2])?;
         let cone = Cone::new(config.cone);
-        let stage = Stage::new(guide, widened.as_ref().unwrap_or(surface), (allowed, peak), &cone, work);
+        let mut stage = Stage::new(guide, widened.as_ref().unwrap_or(surface), (allowed, peak), &cone, work);
+        // A lobe that was widened has another integral at grazing views: the stated one is nearer without.
+        stage.varies = allowed > NARROW && (widened.is_none() || surface.wo()[2] > peak::GRAZING);
         let mut rest = memory;
         let misaligned = Error::new(Status::Misaligned, 0);
         let header = take::<Header>(&mut rest, 1).and_then(|of| of.first_mut()).ok_or(misaligned)?;
@@ -613,6 +615,8 @@ struct Stage<'a> {
     peak: [f32; 3],
     /// The share of numbers that draws from narrow lobes.
     from_peak: f32,
+    /// Whether a lobe varies inside the parts of a cell.
+    varies: bool,
     smoothness: Smoothness,
     work: &'a mut Work,
     /// Cells that were looked at more closely.
@@ -711,6 +715,7 @@ impl<'a> Stage<'a> {
             cone,
             peak,
             from_peak,
+            varies: false,
             smoothness,
             work,
             closer,
@@ -822,7 +827,7 @@ impl<'a> Stage<'a> {
     #[inline(always)]
     fn is_near(&self, cell: u32) -> bool {
         let (group, lane) = (cell as usize / GROUP, cell as usize % GROUP);
-        let columns = self.guide.columns().get(group).filter(|_| self.from_peak > NARROW);
+        let columns = self.guide.columns().get(group).filter(|_| self.varies);
         let [cosine, sine] = BESIDE;
         columns.is_some_and(|columns| {
             let cone = Cones::<f32>::new(columns, lane);

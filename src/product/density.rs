@@ -88,8 +88,11 @@ impl<'a> Shaded<'a> {
     /// A product of a light, ready to draw from.
     #[inline(always)]
     pub fn new(light: &'a Light<'a>, product: Product<'a>) -> Shaded<'a> {
-        let peak = if product.header.peak > 0.0 { Some(Peak::of(product.header)) } else { None };
-        Shaded { light, product, peak }
+        let mut shaded = Shaded { light, product, peak: None };
+        if product.header.peak > 0.0 {
+            shaded.peak = Some(Peak::of(product.header));
+        }
+        shaded
     }
 
     /// The integral of the light's colour x luminance of BRDF x cosine, from the colours and the power of the light.

@@ -173,10 +173,18 @@ impl Library {
             }
             Mode::ProductMis => {
                 let density = Light::product(setting.tables, own, &at, product)?;
-                sampler.density_mis(&density, setting, bsdf, n, false)
+                sampler.density_mis(&density, setting, bsdf, guarded(n), false)
             }
         }
     }
+}
+
+/// How many of `n` samples a product and the BRDF draw in MIS, as docs/integrating.md has it: the product holds the lobes, so few guard
+/// against what it does not.
+fn guarded(n: usize) -> [usize; 2] {
+    const GUARDED: usize = 8;
+    let scattered = (n / GUARDED).max(1);
+    [(n - scattered).max(1), scattered]
 }
 
 impl Sampler {
@@ -207,8 +215,8 @@ impl Sampler {
         Ok(())
     }
 
-    /// Half of a density and half of the BRDF, by the balance heuristic, as [`halves`] has it. Where the density is all that counts,
-    /// samples of the BRDF outside of it bring nothing.
+    /// So many samples of a density and of the BRDF, by the balance heuristic. Where the density is all that counts, samples of the BRDF
+    /// outside of it bring nothing.
     ///
     /// # Errors
     /// Those of the library.
@@ -217,10 +225,9 @@ impl Sampler {
         density: &dyn Density,
         setting: &Setting,
         bsdf: &Bsdf,
-        n: usize,
+        counts: [usize; 2],
         is_all: bool,
     ) -> client::Result<()> {
-        let counts = halves(n);
         self.batch.from_density(density, counts[0])?;
         self.batch.from_bsdf(bsdf, counts[1]);
         self.batch.ask(density)?;

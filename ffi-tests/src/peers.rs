@@ -203,7 +203,7 @@ impl Sampler {
     ) -> client::Result<()> {
         let is_complete = setting.room.is_some_and(|room| room.is_complete);
         match (portals.are_there(), is_complete) {
-            (true, _) => self.density_mis(portals, setting, bsdf, n, is_complete)?,
+            (true, _) => self.density_mis(portals, setting, bsdf, halves(n), is_complete)?,
             (false, false) => self.bsdf(setting, bsdf, n),
             (false, true) => (),
         }

@@ -211,7 +211,7 @@ int main(int argc, char **argv) {
             Result r = results[m];
             printf("%7u %-16s %9.6f %7.4f %12.4e %12.4e %9.2f %9.2f %9.2f\n", spp, methods[m].name, r.seconds, r.mean, r.score.absolute,
                    r.score.relative, efficiency(first.score.absolute, first.seconds, r.score.absolute, r.seconds),
-                   efficiency(first.score.relative, first.seconds, r.score.relative, r.seconds), r.metal.relative / r.score.relative);
+                   efficiency(first.score.relative, first.seconds, r.score.relative, r.seconds), r.score.relative > 0.0 ? r.metal.relative / r.score.relative : 0.0);
         }
         fflush(stdout);
     }

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Runs the path tracer under each lat-long map of a folder and writes its page: pathtracer-page.py PROGRAM MAPS PAGE
 
-Results stay in PAGE.runs, and a file of them in place of MAPS writes the page alone. Two maps run at a time, each in one thread."""
+Results stand beside the page, as .tsv; that file in place of MAPS writes the page alone. Two maps run at a time, each in one thread."""
 import glob
 import math
 import os
@@ -25,6 +25,10 @@ PATTERNS = ["direct", "alone"]
 # The pattern of docs/integrating.md for each tracer: verdicts and losses are of these.
 ADVISED = {"paths": "direct", "direct light": "alone", "direct light, 4 rays": "alone", "spheres": "direct"}
 BASELINES = ["mis", "compensated"]
+COLUMNS = ["tracer", "map", "numbers", "samples", "method", "seconds", "mean", "absolute MSE", "relative MSE", "absolute efficiency over mis",
+           "relative efficiency over mis", "share of the metal sphere"]
+# How many of the cells that lose most the page shows, for each metric.
+LOSSES = 8
 # Goals, absolute and relative: the mean with a (0,2)-sequence of 16 samples and more, and in a path tracer with random numbers.
 GOALS = {"(0,2)-sequence": [3.0, 1.5], "random": [5.5, 3.5]}
 
@@ -44,12 +48,12 @@ def runs_of(program, path):
 def measured(program, folder, path):
     if os.path.isfile(folder):
         with open(folder, encoding="utf-8") as file:
-            return file.read().splitlines()
+            return file.read().splitlines()[1:]
     maps = sorted(m for m in glob.glob(f"{folder}/*.hdr") if "cross" not in m and "probe" not in m)
     with ThreadPoolExecutor(2) as pool:
         lines = [line for lines in pool.map(lambda m: runs_of(program, m), maps) for line in lines]
-    with open(f"{path}.runs", "w", encoding="utf-8") as file:
-        file.write("\n".join(lines) + "\n")
+    with open(path.removesuffix(".md") + ".tsv", "w", encoding="utf-8") as file:
+        file.write("\n".join(["\t".join(COLUMNS), *lines]) + "\n")
     return lines
 
 
@@ -163,11 +167,7 @@ def main(program, folder, path):
             return sum(math.log(b / a) / math.log(step[1] / step[0]) for a, b in found) / len(found) if found else math.nan
         slopes.append([method, *[f"{slope(step):.2f}" for step in steps]])
 
-    each = []
-    for key in sorted(told):
-        texts = [" / ".join(f"{gain(key, method, metric):.2f}x" for metric in (0, 1)) for method in PATTERNS]
-        each.append([key[1], f"{key[0]}, {key[2]}", str(key[3]), *texts])
-
+    worst = [row for name in METRICS for row in sorted((row for row in losses if row[3] == name), key=lambda row: float(row[4][:-1]))[:LOSSES]]
     provenance = subprocess.run(["scripts/provenance.sh", "pathtracer-page"], check=True, capture_output=True, text=True).stdout
     if os.path.isfile(folder):
         # What the page says of the run it was measured in stays.
@@ -215,17 +215,12 @@ Most of the rest is the floor in shadows, where wis traces one ray and MIS two: 
 Slope of log relative error over log samples: direct light, (0,2)-sequence, mean over maps. Independent samples have -1. Steeper is better.
 
 {table(["method", *[f"{a} to {b} samples" for a, b in steps]], slopes)}
-## Where it loses
+## Where it loses most
 
-Efficiency below 1: of direct for paths and spheres, of direct alone for direct light. Error: that of the better MIS over ours with as many samples.
-Time: ours over that of the better MIS.
+Of direct for paths and spheres, of direct alone for direct light. Error: that of the better MIS over ours with as many samples. Time: ours over
+that of the better MIS. Every cell stands in [pathtracer.tsv](pathtracer.tsv).
 
-{table(["map", "tracer, numbers", "samples", "metric", "efficiency", "error", "time"], losses) if losses else "In no cell."}
-## Each map
-
-Efficiency over the better of MIS and compensated MIS, absolute / relative.
-
-{table(["map", "tracer, numbers", "samples", "direct", "direct alone"], each)}
+{table(["map", "tracer, numbers", "samples", "metric", "efficiency", "error", "time"], worst) if worst else "In no cell."}
 ## How it was measured
 
 `make pathtracer-page MAPS=folder` wrote this page. The tracer is `scene.h` and `path.h` in `c-examples/pathtracer`: spheres, a mesh of 115,200

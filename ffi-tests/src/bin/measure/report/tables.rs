@@ -97,9 +97,11 @@ const RIVALS: [Against; 4] = [
 pub fn page(run: &Run, cells: &[Cell], suns: &[Cell], measured: &Measured) -> Result<Page> {
     let main: Vec<&Cell> = of_study(cells, MAIN);
     let lobes = materials(&main);
-    let mut short = first_screen(cells);
-    short.extend(losses::parts(cells));
+    let [verdict, gains @ ..] = first_screen(run, cells);
+    let mut short = vec![verdict];
     short.extend(drawn(&main, &lobes)?);
+    short.extend(gains);
+    short.extend(losses::parts(cells));
     short.extend(situations(cells));
     short.extend(certain(cells));
     short.extend(costs(cells, measured));
@@ -152,7 +154,7 @@ const FIRST_SCREEN: [&str; 5] = [
 ];
 
 /// What to call and what it gives, in ten rows.
-fn first_screen(cells: &[Cell]) -> Vec<Part> {
+fn first_screen(run: &Run, cells: &[Cell]) -> [Part; 4] {
     let table = of_situations(cells, &|situation| FIRST_SCREEN.contains(&situation.renderer), false);
     let ahead = |columns: std::ops::Range<usize>| {
         let gains = table.rows.iter().flat_map(|row| &row[columns.clone()]);
@@ -160,13 +162,15 @@ fn first_screen(cells: &[Cell]) -> Vec<Part> {
         format!("{} of {}", gains.iter().filter(|gain| **gain > 1.0).count(), gains.len())
     };
     let verdict = format!(
-        "**At equal time wis has less variance than MIS in {} numbers of this table. Against compensated MIS that holds for {}, and \
+        "**At equal time wis has less variance than MIS in {} numbers of the first table. Against compensated MIS that holds for {}, and \
          against the best of {} baselines for {}.** Each number says how many times lower the variance of wis is: above 1 wis is ahead.",
         ahead(3..5),
         ahead(5..7),
         EXTENDED.each.len(),
         ahead(7..9)
     );
+    let scene =
+        format!("Most numbers are of {} hits on one mesh, {} repeats, {}.", run.points, run.repeats, run.machine);
     let words = "Absolute error weighs bright pixels, relative error weighs all pixels alike. Cheap: a ray takes about 50 ns, and the \
                  BRDF is evaluated in eight lanes. Expensive: each evaluation takes 150 ns more and each ray 500 ns more, as in scalar \
                  renderers. MIS balance: half of the samples from the light, half from the BRDF, weighed by the balance heuristic. For one ray \
@@ -174,7 +178,8 @@ fn first_screen(cells: &[Cell]) -> Vec<Part> {
                  compensated: the same, but the light is sampled by what it has above its mean. The best baseline is chosen for each cell. \
                  0.2: `wis_direct` of version 0.2 without `u`, in the same process, if it was there. \
                  Caches are those of a renderer. More situations stand [below](#all-situations).";
-    vec![Part::Text(verdict), Part::Table(table), Part::Text(words.into())]
+    let heading = Part::Heading("How many times lower is the variance at equal time?".into());
+    [Part::Text(verdict), heading, Part::Table(table), Part::Text(format!("{words} {scene}"))]
 }
 
 /// Every situation, with other caches, too.

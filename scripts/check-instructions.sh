@@ -12,10 +12,10 @@ mkdir -p "$out"
 # call, directions of it, material, width of the map, goal, the most instructions (those of 2026-11-27 and 2 %), those on record, those of
 # version 0.2; of products, those before they were laid in one pass. Of several directions one counts.
 goals="
-direct  1  lambert 256  2700  3069 3032 11395
-direct  1  ggx     256  3600  4849 4754 20487
-direct  1  lambert 1024 2700  3072 3034 11076
-direct  1  ggx     1024 3600  4853 4758 19891
+direct  1  lambert 256  2700  3069 3013 11395
+direct  1  ggx     256  3600  4842 4748 20487
+direct  1  lambert 1024 2700  3072 3015 11076
+direct  1  ggx     1024 3600  4847 4752 19891
 prepare 1  lambert 1024 6500  8507 8340 18787
 prepare 1  ggx     1024 16000 26713 26189 32227
 sample  1  lambert 1024 1200  2639 2587 3213

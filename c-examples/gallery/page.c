@@ -134,7 +134,7 @@ bool page_write(const Page *page, const char *path) {
     }
     fputs("# Gallery\n\nDirect light in six pictures. Each method had the same processor time.\n\n", f);
     write_verdicts(f, page);
-    fputs("\nAbove 1x, `wis_direct` has the lower error. It loses in two cases:\n\n"
+    fputs("\nAbove 1x, `wis_direct` has the lower error. It gains least, or loses, in two cases:\n\n"
           "- The brightest light is blocked. Neither method knows that, but MIS spends half of its samples on the BRDF, whatever the light.\n"
           "- The surface is so diffuse, and the light so even, that the choice of rays gains less than it costs.\n\n"
           "Rays are cheap here and pixels have many, so each is chosen among 4 candidates: `candidates_per_ray`. The default pays where a ray costs\n"

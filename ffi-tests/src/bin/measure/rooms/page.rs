@@ -96,6 +96,9 @@ fn verdicts(cells: &[Cell], several: &[Several]) -> Vec<String> {
         Scale::of_model(model).map(|scale| gain(&rooms, ours, theirs, 4, scale))
     };
     let says = |[a, b]: [f64; 2]| format!("{} absolute and {} relative", times(a), times(b));
+    let under_both = |[cheap, expensive]: [[f64; 2]; 2]| {
+        format!("{} ({}), {} ({})", says(cheap), MODELS[0].0, says(expensive), MODELS[1].0)
+    };
     let mut list = Vec::new();
     for (theirs, name, goal) in [
         ("MIS balance", "MIS without portals", OVER_MIS),
@@ -104,28 +107,17 @@ fn verdicts(cells: &[Cell], several: &[Several]) -> Vec<String> {
     ] {
         let found = [0, 1].map(|model| both(theirs, "direct, complete portals", model));
         let reached = found.iter().all(|gains| gains.iter().zip(goal).all(|(gain, goal)| *gain >= goal));
-        list.push(format!(
-            "In rooms with portals, 4 rays, over {name}: {} ({}), {} ({}). The goal of {} is {}.",
-            says(found[0]),
-            MODELS[0].0,
-            says(found[1]),
-            MODELS[1].0,
-            says(goal),
-            verdict(reached)
-        ));
+        let (found, goal, verdict) = (under_both(found), says(goal), verdict(reached));
+        list.push(format!("In rooms with portals, 4 rays, over {name}: {found}. The goal of {goal} is {verdict}."));
     }
     for (ours, how) in
         [("direct, 4 candidates", "`candidates_per_ray` = 4"), ("direct", "the library's choice of candidates")]
     {
         let without = [0, 1].map(|model| both("MIS balance", ours, model));
         let reached = without.iter().flatten().all(|gain| *gain >= 1.0);
+        let (found, verdict) = (under_both(without), verdict(reached));
         list.push(format!(
-            "Without portals in the same rooms, 4 rays, with {how}: {} over MIS ({}), {} ({}). The goal of 1 is {}.",
-            says(without[0]),
-            MODELS[0].0,
-            says(without[1]),
-            MODELS[1].0,
-            verdict(reached)
+            "Without portals in the same rooms, 4 rays, with {how}, over MIS: {found}. The goal of 1 is {verdict}."
         ));
     }
     let saves: Vec<f64> = several.iter().flat_map(gains_of_sum).collect();

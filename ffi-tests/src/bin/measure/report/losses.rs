@@ -43,7 +43,7 @@ pub fn parts(cells: &[Cell]) -> Vec<Part> {
          its worst group, and the range of all its groups.",
         EXTENDED.each.len()
     );
-    let mut parts = vec![Part::Heading("Where wis loses".into()), Part::Text(text)];
+    let mut parts = vec![Part::Heading("Where does wis lose, and why?".into()), Part::Text(text)];
     if rows.is_empty() {
         return parts;
     }

@@ -177,7 +177,7 @@ fn first_screen(run: &Run, cells: &[Cell]) -> [Part; 4] {
                  it takes one of each, and pays for both. MIS \
                  compensated: the same, but the light is sampled by what it has above its mean. The best baseline is chosen for each cell. \
                  0.2: `wis_direct` of version 0.2 without `u`, in the same process, if it was there. \
-                 Caches are those of a renderer. More situations stand [below](#all-situations).";
+                 Caches are those of a renderer. More situations stand [below](#and-in-every-situation).";
     let heading = Part::Heading("How many times lower is the variance at equal time?".into());
     [Part::Text(verdict), heading, Part::Table(table), Part::Text(format!("{words} {scene}"))]
 }
@@ -187,7 +187,7 @@ fn situations(cells: &[Cell]) -> Vec<Part> {
     let text = "As the first table. Each number is the geometric mean over the lights and lobes of its row. Caches are those of a \
                 renderer, but in the columns that name others.";
     let table = of_situations(cells, &|_| true, true);
-    vec![Part::Heading("All situations".into()), Part::Text(text.into()), Part::Table(table)]
+    vec![Part::Heading("And in every situation?".into()), Part::Text(text.into()), Part::Table(table)]
 }
 
 fn of_situations(cells: &[Cell], kept: &dyn Fn(&Situation) -> bool, others: bool) -> Table {
@@ -245,7 +245,7 @@ fn certain(cells: &[Cell]) -> Vec<Part> {
     }
     let text = "Cells in which wis is ahead / undecided / behind, against the best baseline of the cell. A cell is a light, a lobe and a \
                 number of rays. The bootstrap interval of 95 % lies above 1, holds 1, or lies below.";
-    vec![Part::Heading("Ahead, undecided, behind".into()), Part::Text(text.into()), Part::Table(table)]
+    vec![Part::Heading("In how many cells is wis ahead, undecided, behind?".into()), Part::Text(text.into()), Part::Table(table)]
 }
 
 pub fn verdict(is_reached: bool) -> &'static str {
@@ -262,7 +262,7 @@ fn costs(cells: &[Cell], measured: &Measured) -> Vec<Part> {
     table.row(["bytes that a product asks for".into(), format!("{} B", measured.product_bytes)]);
     let note = "Fit, times, bytes and builds of the light are in [light.md](light.md). The size of the code and the stack are bounded by \
                 `scripts/check-size.sh` and by the tests.";
-    let mut parts = vec![Part::Heading("Costs of calls".into()), Part::Table(table), Part::Text(note.into())];
+    let mut parts = vec![Part::Heading("What does a call cost?".into()), Part::Table(table), Part::Text(note.into())];
     parts.extend(call_times(measured));
     parts
 }
@@ -332,7 +332,7 @@ fn sun(suns: &[Cell]) -> Vec<Part> {
         suns.first().map_or(0, |cell| cell.rows[0].repeats.len()),
     );
     let [samples, of_samples] = sun_by_samples(suns);
-    vec![Part::Heading("Under an unclipped sun".into()), samples, of_samples, Part::Text(text), Part::Table(table)]
+    vec![Part::Heading("What does a product gain under an unclipped sun?".into()), samples, of_samples, Part::Text(text), Part::Table(table)]
 }
 
 /// The variance of compensated MIS over that of the product with as many samples.
@@ -383,7 +383,7 @@ fn weights_and_limit(main: &[&Cell]) -> Vec<Part> {
                 absolute, lower is better. The limit samples the product of light and BRDF x cosine cell by cell. Its grid has \
                 512 x 512 cells, and more where the light varies. That takes about a millisecond for a point. The variance that is \
                 left comes from visibility.";
-    vec![Part::Heading("Weights and distance to the limit".into()), Part::Text(text.into()), Part::Table(table)]
+    vec![Part::Heading("How large do weights get, and how far is the limit?".into()), Part::Text(text.into()), Part::Table(table)]
 }
 
 /// Rays for a hit that both groups of maps are compared at.
@@ -416,7 +416,7 @@ fn by_maps(main: &[&Cell], lights: &[String]) -> Vec<Part> {
             table.row([name.into(), rays.to_string()].into_iter().chain(gains));
         }
     }
-    vec![Part::Heading("Maps for tuning and maps for judging".into()), Part::Text(text), Part::Table(table)]
+    vec![Part::Heading("Are judged maps worse than those it was tuned on?".into()), Part::Text(text), Part::Table(table)]
 }
 
 fn drawn(main: &[&Cell], lobes: &[String]) -> Result<Vec<Part>> {
@@ -463,7 +463,7 @@ fn method(run: &Run, slower: Times) -> Vec<Part> {
         format!("A call of 0.2 for one ray takes {:.2} times its warm time with a renderer's caches, and {:.1} times with cold ones. In pbrt-v3 it takes 1.20 to 1.26 times its warm time; {} to {} are right here.", slower[RENDERER], slower[COLD], SLOWER[0], SLOWER[1]),
         "The client looks the map up bilinearly, but in the study of the nearest look-up. Baselines then draw from a table of twice the resolution, filled with interpolated values.".into(),
         "All methods have the same points, BRDF, look-up and rays. The client's side and the baselines compute eight lanes with the instructions of this machine. The library is the one that ships.".into(),
-        format!("The {} baselines: {peers}. What their names mean stands under [Where wis loses](#where-wis-loses).", EXTENDED.each.len()),
+        format!("The {} baselines: {peers}. What their names mean stands under [Where does wis lose, and why?](#where-does-wis-lose-and-why).", EXTENDED.each.len()),
         "The best baseline of a cell is chosen with hindsight, which counts against wis.".into(),
         "Measured BRDFs: a diffuse lobe and up to two of GGX are fitted to each when its file is read. Baselines draw from the measurement itself.".into(),
     ];

@@ -4,8 +4,9 @@
 {PAGE: ROW: COLUMN} is the cell of the first table of a page that has both. Pages are those of docs/measurements, gallery and renderers. ROW is how the
 line begins; +N after the column N cells further right. Rows and columns may have several names, separated by " // ".
 {FILE says TEXT} is the text, which the file must have. {commit of PAGE} is that of the run that wrote the page, {version of PAGE} the version of wis there.
-{instructions of CALL} and {earlier of CALL} are those on record in scripts/check-instructions.sh, of this version and the one before.
-{claims of PAGE} are the rows of a paper's claims, {holding of PAGE ...} how many of how many hold, {N VERDICT of PAGE ...} how many have another verdict. What is behind a line "=== NAME" goes between the marks of that name in README.md. What a page no longer has fails the script.
+{size of LIBRARY} is that on record in scripts/check-size.sh. {instructions of CALL} and {earlier of CALL} are those on record in scripts/check-instructions.sh, of this version and the one before.
+{claims of PAGE} are the rows of a paper's claims, {holding of PAGE ...} how many of how many hold, {N VERDICT of PAGE ...} how many have another verdict. 
+What is behind a line "=== NAME PATH" goes between the marks of that name in the file of that path. What a page no longer has fails the script.
 """
 import os
 import re
@@ -71,6 +72,14 @@ def instructions(call, column):
     return found.group(1).split()[column]
 
 
+def size(name):
+    found = re.search(rf"^{name} +\d+ +\d+ +(\d+)$", read("scripts/check-size.sh"), flags=re.M)
+    if not found:
+        faults.append(f"scripts/check-size.sh has no '{name}'")
+        return ""
+    return f"{round(int(found.group(1)), -3) // 1000} kB"
+
+
 def claims(page):
     """Of each claim: the claim, what the paper says, what was measured, the verdict, and the cause if it does not hold."""
     rows, is_claim = [], False
@@ -105,6 +114,7 @@ def fill(text):
     text = re.sub(r"\{holding of ([^{}]*)\}", lambda m: holding(m.group(1)), text)
     text = re.sub(r"\{N ([^{}]*?) of ([^{}]*)\}", lambda m: judged(*m.groups()), text)
     text = re.sub(r"\{instructions of ([^{}]*)\}", lambda m: instructions(m.group(1), 2), text)
+    text = re.sub(r"\{size of ([^{}]*)\}", lambda m: size(m.group(1)), text)
     text = re.sub(r"\{earlier of ([^{}]*)\}", lambda m: instructions(m.group(1), 3), text)
     text = re.sub(r"\{commit of ([^{}]*)\}", lambda m: commit(m.group(1)), text)
     text = re.sub(r"\{version of ([^{}]*)\}", lambda m: version(m.group(1)), text)
@@ -112,19 +122,18 @@ def fill(text):
     return re.sub(r"\{([a-z-]*): ([^{}]*?): ([^{}:]*)\}", lambda m: cell(*m.groups()), text)
 
 
-page, *blocks = re.split(r"^=== (\w+)\n", fill(read("scripts/performance.md")), flags=re.M)
-papers = fill(read("scripts/papers.md"))
-readme = read("README.md")
-for name, text in zip(blocks[::2], blocks[1::2]):
-    if f"<!-- {name}: " not in readme:
-        faults.append(f"README.md has no place for '{name}'")
-    readme = re.sub(rf"(<!-- {name}: .*\n)[\s\S]*(<!-- end of {name} -->)", lambda m: m.group(1) + text + m.group(2), readme)
+page, *blocks = re.split(r"^=== (\w+) (\S+)\n", fill(read("scripts/performance.md")), flags=re.M)
+written = {"docs/performance.md": page, "docs/papers.md": fill(read("scripts/papers.md"))}
+for name, path, text in zip(blocks[::3], blocks[1::3], blocks[2::3]):
+    around = written.get(path) or read(path)
+    if f"<!-- {name}: " not in around:
+        faults.append(f"{path} has no place for '{name}'")
+    written[path] = re.sub(rf"(<!-- {name}: .*\n)[\s\S]*(<!-- end of {name} -->)", lambda m: m.group(1) + text + m.group(2), around)
 if faults:
     sys.exit("\n".join(f"performance-page: {fault}" for fault in faults))
-written = {"docs/performance.md": page, "docs/papers.md": papers, "README.md": readme}
 if sys.argv[1:] == ["--check"]:
     stale = [path for path, text in written.items() if read(path) != text]
-    print(f"stale {', '.join(stale)}: make performance" if stale else "ok    docs/performance.md, docs/papers.md and what README.md takes from pages")
+    print(f"stale {', '.join(stale)}: make performance" if stale else "ok    what pages by hand take from measured ones")
     sys.exit(bool(stale))
 for path, text in written.items():
     with open(path, "w", encoding="utf-8") as file:

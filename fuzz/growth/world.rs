@@ -132,9 +132,7 @@ impl World {
     fn run(&mut self, name: &str, values: &Values, label: Option<&str>) -> f64 {
         let function = self.headers.functions.iter().find(|function| function.name == name).expect(name).clone();
         let mut values = values.clone();
-        let lacks = |values: &Values, name: &str| {
-            function.position(name).is_some() && values.iter().all(|value| value.0 != name)
-        };
+        let lacks = |values: &Values, name: &str| function.has(name) && values.iter().all(|value| value.0 != name);
         if lacks(&values, "memory") || lacks(&values, "scratch") {
             self.call(&query(name), &values);
             let count = values

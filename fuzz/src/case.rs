@@ -235,7 +235,7 @@ impl Fields {
     /// Zeros, but for `size`.
     pub fn new(layout: &Layout) -> Fields {
         let mut fields = Fields { layout: layout.clone(), bytes: vec![0; layout.size] };
-        if layout.fields.first().is_some_and(|field| field.path == "size") {
+        if layout.begins_with_size() {
             fields.word("size", layout.size as u64);
         }
         fields

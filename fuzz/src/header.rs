@@ -2,7 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-const HEADERS: &str = concat!(
+/// Their text, one after the other.
+pub const HEADERS: &str = concat!(
     include_str!("../../include/wis.h"),
     include_str!("../../include/wis_lights.h"),
     include_str!("../../include/wis_wavelets.h")
@@ -86,6 +87,11 @@ impl Layout {
         self.size = start + of.size;
     }
 
+    /// Whether the first field is the size of the struct.
+    pub fn begins_with_size(&self) -> bool {
+        self.fields.first().is_some_and(|field| field.path == "size")
+    }
+
     pub fn field(&self, path: &str) -> &Field {
         let found = self.fields.iter().find(|field| field.path == path);
         found.unwrap_or_else(|| panic!("no field {path} in {self:?}"))
@@ -123,6 +129,16 @@ impl Parameter {
         }
     }
 
+    pub fn is_pointer(&self) -> bool {
+        self.scalar == Scalar::Pointer
+    }
+
+    /// Whether the call writes numbers through the pointer, or builds there.
+    pub fn is_result(&self) -> bool {
+        let is_read = self.declaration.starts_with("const") || self.is_handle();
+        self.is_pointer() && !is_read && self.name != "diagnostic"
+    }
+
     /// Whether the call only reads behind the pointer.
     pub fn is_input(&self) -> bool {
         self.declaration.starts_with("const ") && !self.is_handle()
@@ -149,6 +165,15 @@ pub struct Function {
 impl Function {
     pub fn position(&self, name: &str) -> Option<usize> {
         self.parameters.iter().position(|parameter| parameter.name == name)
+    }
+
+    pub fn has(&self, name: &str) -> bool {
+        self.position(name).is_some()
+    }
+
+    /// Whether a parameter is declared like this.
+    pub fn takes(&self, declaration: &str) -> bool {
+        self.parameters.iter().any(|parameter| parameter.declaration == declaration)
     }
 }
 
@@ -242,9 +267,7 @@ impl Headers {
         }
         self.layouts.get(&parameter.pointee).cloned().unwrap_or(Layout { size: 1, align: 16, fields: Vec::new() })
     }
-}
 
-impl Headers {
     /// The value of a constant.
     pub fn constant_of(&self, name: &str) -> usize {
         *self.constants.get(name).unwrap_or_else(|| panic!("no constant {name}"))

@@ -58,7 +58,7 @@ fn budget(random: &mut Random) -> f32 {
 }
 
 fn environment(case: &mut Case, fields: &mut Fields) {
-    let strata = case.function.position("map").is_some();
+    let strata = case.function.has("map");
     let flags = if strata { 8 } else { case.random.below(32) as u64 };
     // Rows at the poles are a lat-long map's.
     let latlong = strata || flags & 1 != 0;

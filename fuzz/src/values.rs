@@ -70,7 +70,7 @@ fn pointer(case: &mut Case, parameter: &Parameter) -> u64 {
         }
         ("wis_wavelets *const", _) => lists(case),
         ("uint8_t", "packed") if parameter.is_input() => packed(case, &layout),
-        _ if parameter.is_input() && layout.fields.first().is_some_and(|field| field.path == "size") => {
+        _ if parameter.is_input() && layout.begins_with_size() => {
             let bytes = structs::make(case, pointee);
             case.give_packed(Role::Input, &bytes, &layout)
         }
@@ -114,13 +114,13 @@ fn stride_of(case: &Case, name: &str) -> Option<String> {
     let own = format!("{name}_stride");
     [own.as_str(), "stride"]
         .into_iter()
-        .find(|stride| case.function.position(stride).is_some())
+        .find(|stride| case.function.has(stride))
         .and_then(|stride| (stride != "stride" || name == "out").then(|| stride.to_string()))
 }
 
 fn array(case: &mut Case, parameter: &Parameter, layout: &Layout) -> u64 {
     let name = parameter.name.as_str();
-    let is_info = layout.fields.first().is_some_and(|field| field.path == "size");
+    let is_info = layout.begins_with_size();
     let (elements, span) = match stride_of(case, name) {
         Some(stride) => {
             let count = case.number("count").unwrap_or(1);

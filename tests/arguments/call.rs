@@ -99,6 +99,14 @@ impl<'a> Call<'a> {
         self.argument(name).block.as_mut().expect("a pointer").edit(edit);
     }
 
+    /// The struct that an argument points to.
+    pub fn read<T: Copy>(&self, name: &str) -> T {
+        let bytes = self.bytes(name);
+        assert!(bytes.len() >= size_of::<T>());
+        // SAFETY: long enough; the structs of the boundary are valid with any bytes that the library writes.
+        unsafe { bytes.as_ptr().cast::<T>().read_unaligned() }
+    }
+
     /// What an argument points to.
     pub fn bytes(&self, name: &str) -> &[u8] {
         self.arguments[self.position(name)].block.as_ref().expect("a pointer")
@@ -151,7 +159,7 @@ impl<'a> Call<'a> {
         for (argument, (after, before)) in self.arguments.iter().zip(self.blocks().iter().zip(before)) {
             let name = &argument.parameter.name;
             // A sampler keeps where its last call was at fault.
-            let sampler = argument.parameter.pointee() == "wis_sampler";
+            let sampler = argument.parameter.pointee == "wis_sampler";
             let may_change = argument.is_work() || sampler || (argument.is_diagnostic() && argument.word % 8 == 0);
             assert!(may_change || after == before, "{}: {context}: {name} was written", self.function.name);
         }

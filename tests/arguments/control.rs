@@ -49,7 +49,7 @@ mod word {
 #[test]
 fn any_control_word() {
     use super::call::Call;
-    use super::header::functions;
+    use super::objects::functions;
     use super::scene::Scene;
 
     let scene = Scene::new();

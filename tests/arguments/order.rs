@@ -1,6 +1,7 @@
 //! Rule 3: objects, then config, count, inputs and blocks, then outputs, then the diagnostic; strides and sizes behind their pointer.
 
-use super::header::{Function, Parameter, functions};
+use super::header::{Function, Parameter};
+use super::objects::functions;
 
 /// What handles point to, and the one struct that a call completes in place.
 const OBJECTS: [&str; 8] = [
@@ -27,7 +28,7 @@ fn class(parameter: &Parameter) -> Class {
     let block = parameter.declaration.starts_with("void *");
     if parameter.name == "diagnostic" {
         Class::Diagnostic
-    } else if OBJECTS.contains(&parameter.pointee()) {
+    } else if OBJECTS.contains(&parameter.pointee.as_str()) {
         Class::Object
     } else if handle || (parameter.is_result() && !block) {
         Class::Output

@@ -2,26 +2,11 @@
 
 use super::block::{Block, SENTINEL};
 use super::call::{Call, field};
-use super::header::{Function, Parameter, begins_with_size, functions};
+use super::header::{Function, Parameter};
+use super::objects::{functions, headers};
 use super::scene::{SOURCES, Scene, numbers};
-use wis::direct::Ray;
-use wis::ffi::check::{CheckConfig, CheckInfo};
-use wis::ffi::check_point::PointVerdict;
-use wis::ffi::light::{LightConfig, LightInfo};
-use wis::ffi::lights::jitter::JitterConfig;
-use wis::ffi::lights::strata::StrataConfig;
-use wis::ffi::material::{MaterialData, PointData};
-use wis::ffi::pool::Candidates;
-use wis::ffi::product::{GridConfig, GridInfo};
-use wis::ffi::sampler::SamplerConfig;
-use wis::ffi::wave::DirectWave;
-use wis::ffi::wavelets::tree::{TreeConfig, TreeInfo};
-use wis::ffi::{Diagnostic, MemorySize, WIS_ALIGNMENT};
-use wis::lights::strata::Light;
-use wis::pool::Pick;
-use wis::sample::Sample;
+use wis::ffi::WIS_ALIGNMENT;
 use wis::status::Status;
-use wis::wavelets::triple::Wavelets;
 
 /// Calls `test` with every parameter of every function.
 fn for_each_parameter(test: impl Fn(&Scene, &Function, &Parameter)) {
@@ -45,48 +30,10 @@ fn is_optional(function: &Function, parameter: &Parameter) -> bool {
     }
 }
 
-/// The alignment of what a pointer points to.
+/// The alignment of what a pointer points to: that of blocks, of objects, or what the header's own fields need.
 fn alignment(parameter: &Parameter) -> usize {
-    match parameter.pointee() {
-        "void"
-        | "wis_environment"
-        | "wis_sampler"
-        | "wis_visibility_cache"
-        | "wis_product"
-        | "wis_tree"
-        | "wis_jitter"
-        | "wis_visibility" => WIS_ALIGNMENT,
-        "float" | "uint32_t" => 4,
-        "uint8_t" => 1,
-        "wis_ray" => align_of::<Ray>(),
-        "size_t" => align_of::<usize>(),
-        "wis_product_config" => align_of::<GridConfig>(),
-        "wis_product_info" => align_of::<GridInfo>(),
-        "wis_check_config" => align_of::<CheckConfig>(),
-        "wis_check_info" => align_of::<CheckInfo>(),
-        "wis_point_verdict" => align_of::<PointVerdict>(),
-        "wis_sampler_config" => align_of::<SamplerConfig>(),
-        "wis_material" => align_of::<MaterialData>(),
-        "wis_point" => align_of::<PointData>(),
-        "wis_wave" => align_of::<DirectWave>(),
-        "wis_wavelets" => align_of::<Wavelets>(),
-        "wis_candidates" => align_of::<Candidates>(),
-        "wis_jitter_config" => align_of::<JitterConfig>(),
-        "wis_wavelets *const" => align_of::<*const u8>(),
-        "double" => 8,
-        "wis_drawn" => align_of::<Sample>(),
-        "wis_pick" => align_of::<Pick>(),
-        "wis_light" => align_of::<Light>(),
-        "wis_strata_config" => align_of::<StrataConfig>(),
-        "wis_memory_size" => align_of::<MemorySize>(),
-        "wis_diagnostic" => align_of::<Diagnostic>(),
-        "wis_environment_config" => align_of::<LightConfig>(),
-        "wis_environment_info" => align_of::<LightInfo>(),
-        "wis_tree_config" => align_of::<TreeConfig>(),
-        "wis_tree_info" => align_of::<TreeInfo>(),
-        handle if handle.ends_with('*') => align_of::<*const u8>(),
-        other => panic!("{other} has no alignment"),
-    }
+    let layout = headers().pointed(parameter);
+    if layout.fields.is_empty() { WIS_ALIGNMENT } else { layout.align }
 }
 
 #[test]
@@ -165,7 +112,7 @@ fn block_of(length: &str) -> Option<&'static str> {
 }
 
 /// The configurations with which a function is tried; `None` as it comes.
-fn configurations(scene: &Scene, function: &Function) -> Vec<Option<Vec<u8>>> {
+pub fn configurations(scene: &Scene, function: &Function) -> Vec<Option<Vec<u8>>> {
     match function.name.as_str() {
         "wis_tree_init" => (0..SOURCES).map(|source| Some(scene.tree_config(source))).collect(),
         _ => vec![None],
@@ -195,7 +142,7 @@ fn give_bytes(call: &mut Call, block: &str, length: &str, bytes: usize) {
 #[test]
 fn wrong_struct_sizes() {
     for_each_parameter(|scene, function, parameter| {
-        if begins_with_size(parameter.pointee()) {
+        if headers().pointed(parameter).begins_with_size() {
             let size = Call::valid(scene, function).bytes(&parameter.name).len() as u32;
             for wrong in [0, size - 4, size - 1, size + 1, size + 4, u32::MAX] {
                 let mut call = Call::valid(scene, function);
@@ -297,7 +244,7 @@ fn zero_elements() {
             let mut call = Call::valid(scene, function);
             call.set("count", 0);
             for array in ["u", "wi", "pdf", "drawn", "point", "offset", "f_cos", "out", "points", "index"] {
-                if function.parameter(array).is_some() {
+                if function.has(array) {
                     call.set(array, 0);
                 }
             }
@@ -311,11 +258,11 @@ fn zero_elements() {
 fn other_objects() {
     for_each_parameter(|scene, function, parameter| {
         if matches!(
-            parameter.pointee(),
+            parameter.pointee.as_str(),
             "wis_environment" | "wis_sampler" | "wis_visibility_cache" | "wis_product" | "wis_tree" | "wis_visibility"
         ) {
             let len = Call::valid(scene, function).bytes(&parameter.name).len();
-            for other in [vec![0; len], vec![SENTINEL; len], scene.other_object(parameter.pointee())] {
+            for other in [vec![0; len], vec![SENTINEL; len], scene.other_object(parameter.pointee.as_str())] {
                 let mut call = Call::valid(scene, function);
                 call.give(&parameter.name, Block::new(&other, 0));
                 call.fails("another object", Status::Mismatch, &parameter.name);

@@ -3,8 +3,8 @@
 use super::block::Block;
 use super::call::{Call, field};
 use super::fields::{Fault, check};
-use super::header::functions;
 use super::objects::function;
+use super::objects::functions;
 use super::scene::Scene;
 use std::ffi::{c_int, c_void};
 use wis::brdf::portal::Portal;
@@ -38,8 +38,7 @@ fn samplers() {
 #[test]
 fn levels() {
     let scene = Scene::new();
-    let init = function("wis_sampler_init");
-    let mut call = Call::valid(&scene, &init);
+    let mut call = Call::valid(&scene, function("wis_sampler_init"));
     call.edit("config", |config: &mut SamplerConfig| config.cpu_level = WIS_CPU_AVX2);
     if Level::detect() == Level::BASELINE {
         assert_eq!(field(&call.fails("lanes", INVALID, "config")), Some("cpu_level"));
@@ -139,12 +138,11 @@ fn compared_points() {
 #[test]
 fn other_lights() {
     let scene = Scene::new();
-    let init = function("wis_environment_init");
-    let mut call = Call::valid(&scene, &init);
+    let mut call = Call::valid(&scene, function("wis_environment_init"));
     call.edit("config", |config: &mut LightConfig| config.flags ^= WIS_ENVIRONMENT_EXACT_ZERO);
     call.succeeds("another light");
     let other = call.bytes("memory").to_vec();
-    let mut turned = Block::new(Call::valid(&scene, &function("wis_product_describe")).bytes("environment"), 0);
+    let mut turned = Block::new(Call::valid(&scene, function("wis_product_describe")).bytes("environment"), 0);
     turn(&mut turned, &Frame::new(&[0.0, 1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 1.0]).expect("a rotation"));
     let all = functions();
     let taking: Vec<_> = all

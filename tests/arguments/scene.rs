@@ -1,26 +1,23 @@
 //! A valid argument for every parameter of the header, from which the tests then spoil one at a time.
 
 use super::block::{Block, SENTINEL, plain};
+use super::call::Call;
 use super::header::{Function, Parameter};
+use super::objects::{self, function, headers};
 use std::ffi::{c_int, c_void};
 use std::ptr::{null, null_mut};
 use wis::direct::Ray;
-use wis::ffi::check::{CheckConfig, CheckInfo};
-use wis::ffi::check_point::PointVerdict;
+use wis::ffi::MemorySize;
+use wis::ffi::check::CheckConfig;
 use wis::ffi::light::*;
 use wis::ffi::lights::jitter::*;
 use wis::ffi::lights::strata::*;
-use wis::ffi::material::{MaterialData, PointData, wis_material_init};
+use wis::ffi::material::{MaterialData, PointData};
 use wis::ffi::pool::*;
 use wis::ffi::product::*;
 use wis::ffi::sampler::*;
-use wis::ffi::visibility::*;
 use wis::ffi::wave::{DirectWave, FloatsIn, FloatsOut, IntsIn};
 use wis::ffi::wavelets::tree::*;
-use wis::ffi::wavelets::visibility::*;
-use wis::ffi::{Diagnostic, MemorySize};
-use wis::pool::Pick;
-use wis::sample::Sample;
 use wis::status::Status;
 use wis::wavelets::triple::Wavelets;
 
@@ -65,23 +62,6 @@ extern "C" fn white(_: *mut c_void, count: usize, _: *const f32, rgb: *mut f32) 
     0
 }
 
-fn cache_size() -> MemorySize {
-    let mut size = MemorySize::default();
-    // SAFETY: the pointer is valid.
-    unsafe { expect_ok(wis_visibility_cache_size(PLACES, &mut size, null_mut())) };
-    size
-}
-
-fn cache() -> Block {
-    let memory = Block::unwritten(cache_size().bytes);
-    // SAFETY: all pointers are valid.
-    unsafe {
-        let place = memory.pointer().cast();
-        expect_ok(wis_visibility_cache_init(PLACES, place, memory.len(), &mut null_mut(), null_mut()));
-    }
-    memory
-}
-
 fn material() -> Vec<u8> {
     plain(|material: &mut MaterialData| {
         (material.size, material.lobe_count) = (size_of::<MaterialData>() as u32, 1);
@@ -100,27 +80,22 @@ pub enum Value {
 pub struct Scene {
     pixels: Vec<f32>,
     image: Vec<f32>,
-    sampler_size: MemorySize,
+    /// What the size queries answered, by the kind of object.
+    sizes: Vec<(&'static str, MemorySize)>,
     sampler: Vec<u8>,
     /// What points read and record in.
     cache: Block,
-    grid_size: MemorySize,
     /// A product of the light at the point.
     grid: Vec<u8>,
     /// A material after wis_material_init, and what a wave's arrays hold.
     material: Block,
     wave: [Block; 4],
-    light_size: MemorySize,
     /// A scratch block after two passes and after three; the memory after three, and at the end.
     light_scratch: [Vec<u8>; 2],
     light_memory: [Vec<u8>; 2],
-    pool_size: MemorySize,
-    strata_size: MemorySize,
-    jitter_size: MemorySize,
     jitter: Vec<u8>,
     /// A tree as calls on many take it: a block that stays where it is, and its handles.
     stored: Block,
-    tree_size: MemorySize,
     tree: Vec<u8>,
     /// A tree of values up to 1, and visibility made of it.
     shares: Vec<u8>,
@@ -137,27 +112,21 @@ impl Scene {
         let mut scene = Scene {
             pixels: (0..WIDTH * HEIGHT * 3).map(|i| 0.25 + (i % 7) as f32).collect(),
             image: IMAGE.map(|value| value as f32).to_vec(),
-            sampler_size: MemorySize::default(),
+            sizes: Vec::new(),
             sampler: Vec::new(),
-            cache: cache(),
-            grid_size: MemorySize::default(),
+            cache: Block::unwritten(0),
             grid: Vec::new(),
-            material: Block::new(&material(), 0),
+            material: Block::unwritten(0),
             wave: [
                 Block::new(&numbers(&DIRECTIONS), 0),
                 Block::new(&numbers(&[7u32; COUNT]), 0),
                 Block::unwritten(COUNT * RAYS * size_of::<Ray>()),
                 Block::unwritten(4 * COUNT),
             ],
-            light_size: MemorySize::default(),
             light_scratch: [Vec::new(), Vec::new()],
             light_memory: [Vec::new(), Vec::new()],
-            pool_size: MemorySize::default(),
-            strata_size: MemorySize::default(),
-            jitter_size: MemorySize::default(),
             jitter: Vec::new(),
             stored: Block::unwritten(0),
-            tree_size: MemorySize::default(),
             tree: Vec::new(),
             shares: Vec::new(),
             visibility: Vec::new(),
@@ -167,30 +136,50 @@ impl Scene {
             light: Block::unwritten(0),
         };
         scene.build_light();
-        scene.build_sampler();
+        scene.cache = Block::new(&scene.built("wis_visibility_cache"), 0);
+        scene.sampler = scene.built("wis_sampler");
+        scene.material = Block::new(scene.called("wis_material_init").bytes("material"), 0);
         scene.build_grid();
-        scene.measure();
-        scene.build_jitter();
-        scene.build_tree();
-        scene.build_visibility();
-        scene.list = [scene.lists[0].pointer().cast_const().cast(); COUNT];
-        scene.stored = Block::new(&scene.tree, 0);
-        scene.trees = [scene.stored.pointer().cast_const().cast(); COUNT];
-        scene.light = Block::new(&scene.light_memory[1], 0);
-        scene.measure_trees();
+        scene.measure("wis_pool");
+        scene.measure("wis_strata");
+        scene.jitter = scene.built("wis_jitter");
+        scene.build_trees();
+        scene.visibility = scene.built("wis_visibility");
         scene
     }
 
+    /// A call with valid arguments that was made.
+    fn called(&self, name: &str) -> Call<'static> {
+        let call = Call::valid(self, function(name));
+        call.succeeds("valid");
+        call
+    }
+
+    /// Asks how much memory a kind of object needs.
+    fn measure(&mut self, object: &'static str) {
+        let mut size: MemorySize = self.called(&format!("{object}_size")).read("size");
+        if object == "wis_pool" {
+            // All of it is scratch memory.
+            size.scratch_bytes = size.bytes;
+        }
+        self.sizes.push((object, size));
+    }
+
+    /// Builds an object with valid arguments, in as much memory as it needs.
+    fn built(&mut self, object: &'static str) -> Vec<u8> {
+        self.measure(object);
+        self.called(&format!("{object}_init")).bytes("memory").to_vec()
+    }
+
     fn build_light(&mut self) {
+        self.measure("wis_environment");
+        let MemorySize { bytes, scratch_bytes, .. } = self.size("wis_environment");
         let config = Block::new(&self.light_config(), 0);
-        let config = config.pointer().cast();
+        let (memory, scratch) = (Block::unwritten(bytes), Block::unwritten(scratch_bytes));
+        let (config, place, work) = (config.pointer().cast(), memory.pointer().cast(), scratch.pointer().cast());
         let (mut items, mut handle, none) = ([0; 6], null(), null_mut());
         // SAFETY: all pointers are valid.
         unsafe {
-            expect_ok(wis_environment_size(config, &mut self.light_size, none));
-            let (bytes, scratch_bytes) = (self.light_size.bytes, self.light_size.scratch_bytes);
-            let (memory, scratch) = (Block::unwritten(bytes), Block::unwritten(scratch_bytes));
-            let (place, work) = (memory.pointer().cast(), scratch.pointer().cast());
             expect_ok(wis_environment_begin(config, work, scratch_bytes, &mut items, none));
             let run = |pass: u32, count| {
                 expect_ok(wis_environment_run(config, place, bytes, work, scratch_bytes, pass, 0, count, none));
@@ -206,34 +195,31 @@ impl Scene {
         }
     }
 
-    fn build_sampler(&mut self) {
-        let config = Block::new(&sampler_config(), 0);
-        let (config, mut handle, none) = (config.pointer().cast(), null_mut(), null_mut());
-        // SAFETY: all pointers are valid.
-        unsafe {
-            expect_ok(wis_sampler_size(config, &mut self.sampler_size, none));
-            let memory = Block::unwritten(self.sampler_size.bytes);
-            expect_ok(wis_sampler_init(config, memory.pointer().cast(), memory.len(), &mut handle, none));
-            expect_ok(wis_material_init(self.material.pointer().cast(), none));
-            self.sampler = memory.to_vec();
-        }
+    fn build_grid(&mut self) {
+        self.measure("wis_product");
+        let mut call = Call::valid(self, function("wis_product_prepare"));
+        call.set("count", 1);
+        call.succeeds("one product");
+        self.grid = call.bytes("memory")[..call.read("bytes_used")].to_vec();
     }
 
-    fn build_grid(&mut self) {
-        let [config, point, sampler, light] =
-            [grid_config(), self.point(), self.sampler.clone(), self.light_memory[1].clone()]
-                .map(|b| Block::new(&b, 0));
-        let config = config.pointer().cast();
-        let (mut offset, mut used) = (0, 0);
-        // SAFETY: all pointers are valid.
-        unsafe {
-            expect_ok(wis_product_size(config, &mut self.grid_size, null_mut()));
-            let memory = Block::unwritten(self.grid_size.bytes);
-            let (sampler, light, point) = (sampler.pointer().cast(), light.pointer().cast(), point.pointer().cast());
-            let (place, bytes) = (memory.pointer().cast(), memory.len());
-            let prepared = wis_product_prepare(sampler, light, config, 1, point, place, bytes, &mut offset, &mut used);
-            expect_ok(prepared);
-            self.grid = memory[..used].to_vec();
+    fn build_trees(&mut self) {
+        self.measure("wis_tree");
+        self.tree = objects::tree(self, |_| ());
+        let shares = IMAGE.map(|value| (value / 9.0) as f32);
+        self.shares = objects::tree(self, |config| config.pixels = shares.as_ptr());
+        self.list = [self.lists[0].pointer().cast_const().cast(); COUNT];
+        self.stored = Block::new(&self.tree, 0);
+        self.trees = [self.stored.pointer().cast_const().cast(); COUNT];
+        self.light = Block::new(&self.light_memory[1], 0);
+        // The memory that is enough for a tree of any source.
+        for source in 0..SOURCES {
+            let mut call = Call::valid(self, function("wis_tree_size"));
+            call.give("config", Block::new(&self.tree_config(source), 0));
+            call.succeeds("size");
+            let (size, (_, most)) = (call.read::<MemorySize>("size"), self.sizes.last_mut().expect("measured"));
+            most.bytes = most.bytes.max(size.bytes);
+            most.scratch_bytes = most.scratch_bytes.max(size.scratch_bytes);
         }
     }
 
@@ -269,67 +255,6 @@ impl Scene {
             wave.ray = FloatsOut { first: rays.cast(), point: (RAYS * size_of::<Ray>()) as isize, number: 0 };
             wave.count = counts.cast();
         })
-    }
-
-    /// The memory of pools and strata.
-    fn measure(&mut self) {
-        let (map, strata) = (Block::new(&self.light_config(), 0), Block::new(&strata_config(), 0));
-        let (map, strata) = (map.pointer().cast(), strata.pointer().cast());
-        // SAFETY: all pointers are valid.
-        unsafe {
-            expect_ok(wis_pool_size(COUNT, &mut self.pool_size));
-            expect_ok(wis_strata_size(map, strata, &mut self.strata_size, null_mut()));
-        }
-        self.pool_size.scratch_bytes = self.pool_size.bytes;
-    }
-
-    fn build_jitter(&mut self) {
-        let map = Block::new(&self.light_config(), 0);
-        let config = Block::new(&jitter_config(), 0);
-        let (map, config) = (map.pointer().cast(), config.pointer().cast());
-        let mut handle = null();
-        // SAFETY: all pointers are valid.
-        unsafe {
-            expect_ok(wis_jitter_size(map, config, &mut self.jitter_size, null_mut()));
-            let (bytes, scratch_bytes) = (self.jitter_size.bytes, self.jitter_size.scratch_bytes);
-            let (memory, scratch) = (Block::unwritten(bytes), Block::unwritten(scratch_bytes));
-            let (place, work) = (memory.pointer().cast(), scratch.pointer().cast());
-            expect_ok(wis_jitter_init(map, config, place, bytes, work, scratch_bytes, &mut handle, null_mut()));
-            self.jitter = memory.to_vec();
-        }
-    }
-
-    fn build_tree(&mut self) {
-        self.tree = tree(&self.tree_config(WIS_TREE_PIXELS));
-    }
-
-    /// The memory that is enough for a tree of any source.
-    fn measure_trees(&mut self) {
-        for source in 0..SOURCES {
-            let (config, mut size) = (Block::new(&self.tree_config(source), 0), MemorySize::default());
-            // SAFETY: both pointers are valid.
-            unsafe { expect_ok(wis_tree_size(config.pointer().cast(), &mut size, null_mut())) };
-            self.tree_size.bytes = self.tree_size.bytes.max(size.bytes);
-            self.tree_size.scratch_bytes = self.tree_size.scratch_bytes.max(size.scratch_bytes);
-        }
-    }
-
-    fn build_visibility(&mut self) {
-        let shares = IMAGE.map(|value| (value / 9.0) as f32);
-        let config: Vec<u8> = plain(|config: &mut TreeConfig| {
-            config.size = size_of::<TreeConfig>() as u32;
-            (config.dimensions, config.depth, config.pixels) = (2, 2, shares.as_ptr());
-        });
-        self.shares = tree(&config);
-        let tree = Block::new(&self.shares, 0);
-        let (tree, mut size, mut handle) = (tree.pointer().cast(), MemorySize::default(), null());
-        // SAFETY: all pointers are valid.
-        unsafe {
-            expect_ok(wis_visibility_size(tree, &mut size, null_mut()));
-            let memory = Block::unwritten(size.bytes);
-            expect_ok(wis_visibility_init(tree, memory.pointer().cast(), size.bytes, &mut handle, null_mut()));
-            self.visibility = memory.to_vec();
-        }
     }
 
     /// A valid argument for a parameter of a function.
@@ -372,7 +297,7 @@ impl Scene {
 
     fn bytes(&self, function: &Function, parameter: &Parameter) -> Vec<u8> {
         let name = function.name.as_str();
-        let count = if function.takes("size_t count") || function.takes("uint32_t count") { COUNT } else { 1 };
+        let count = if function.has("count") { COUNT } else { 1 };
         let unwritten = |len: usize| vec![SENTINEL; len];
         match parameter.declaration.as_str() {
             "const wis_environment_config *config" => self.light_config(),
@@ -380,8 +305,6 @@ impl Scene {
             "const wis_strata_config *config" => strata_config(),
             "const wis_sampler_config *config" => sampler_config(),
             "const wis_check_config *config" => check_config(),
-            "wis_check_info *info" => sized(size_of::<CheckInfo>()),
-            "wis_point_verdict *verdict" => sized(size_of::<PointVerdict>()),
             "wis_sampler *sampler" | "const wis_sampler *sampler" => self.sampler.clone(),
             "wis_material *material" => material(),
             "wis_visibility_cache *cache" => self.cache.to_vec(),
@@ -392,24 +315,12 @@ impl Scene {
             "const wis_wave *wave" => self.wave(),
             "const wis_product_config *config" => grid_config(),
             "const wis_product *product" => self.grid.clone(),
-            "wis_product_info *info" => sized(size_of::<GridInfo>()),
-            "size_t *offset" => unwritten(8 * count),
-            "size_t *bytes_used" => unwritten(8),
-            "wis_drawn *drawn" => unwritten(size_of::<Sample>() * count),
-            "wis_ray *ray" => unwritten(RAYS * size_of::<Ray>()),
-            "uint32_t *ray_count" | "uint32_t *visibility_key" => unwritten(4),
-            "uint8_t *status" => unwritten(count),
-            "float *u" if name == "wis_invert" => unwritten(8 * count),
             "const wis_tree_config *config" => self.tree_config(WIS_TREE_PIXELS),
             "const float wo[3]" => numbers(&DIRECTIONS[0]),
-            "uint32_t slice[2]" => unwritten(8),
-            "double weight[2]" => unwritten(16),
-            "float world_from_tree[9]" => unwritten(36),
             "const wis_environment *environment" => self.light_memory[1].clone(),
             "const wis_jitter *jitter" => self.jitter.clone(),
             "const wis_jitter_config *config" => jitter_config(),
             "const float *contribution" => numbers(&[1.0f32, 0.0, 2.0]),
-            "uint32_t *traced" => unwritten(4),
             "const wis_tree *tree" if name.starts_with("wis_visibility") => self.shares.clone(),
             tree if tree.starts_with("const wis_tree *") => self.tree.clone(),
             "const wis_wavelets *brdf" | "const wis_wavelets *kept_light" => numbers(&WAVELETS),
@@ -422,13 +333,7 @@ impl Scene {
             "const wis_wavelets *wavelets" => numbers(&WAVELETS),
             "const uint8_t *packed" => packed(),
             "uint8_t *packed" => unwritten(packed().len()),
-            "size_t *packed_bytes" => unwritten(8),
-            "uint32_t *terms" => unwritten(4),
             "const wis_visibility *visibility" => self.visibility.clone(),
-            "float direction[3]" => unwritten(12),
-            "uint32_t cell[4]" | "float weights[4]" => unwritten(16),
-            "wis_wavelets *wavelets" => unwritten(2 * size_of::<Wavelets>()),
-            "uint32_t *wavelet_count" => unwritten(4),
             "const void *memory" => self.stored(name).to_vec(),
             "void *memory" if name == "wis_environment_finish" => self.light_memory[0].clone(),
             "void *memory" if name == "wis_environment_turn" => self.light_memory[1].clone(),
@@ -436,30 +341,27 @@ impl Scene {
             "void *scratch" if name == "wis_environment_run" => self.light_scratch[0].clone(),
             "void *scratch" if name == "wis_environment_finish" => self.light_scratch[1].clone(),
             "void *scratch" => unwritten(self.size(name).scratch_bytes),
-            "wis_environment_info *info" => sized(size_of::<LightInfo>()),
-            "wis_tree_info *info" => sized(size_of::<TreeInfo>()),
-            "wis_memory_size *size" => unwritten(size_of::<MemorySize>()),
-            "wis_diagnostic *diagnostic" | "wis_diagnostic *fault" => unwritten(size_of::<Diagnostic>()),
-            "wis_drawn *sample" => unwritten(size_of::<Sample>()),
             "const float world_from_map[9]" | "const float world_from_tree[9]" => numbers(&ROTATION),
             "const float *u" | "const float u[2]" => numbers(&RANDOM[..count]),
             "const float *wi" | "const float wi[3]" => numbers(&DIRECTIONS[..count]),
             "const float *point" | "const float point[2]" => numbers(&RANDOM[0]),
             "float *points" => numbers(&RANDOM),
             "uint32_t *index" => numbers(&[0u32, 1, 2]),
-            "float *out" => unwritten(8 * count),
-            "float *base" => unwritten(4),
-            "float *pdf" => unwritten(4 * count),
-            "uint32_t *covers" | "uint32_t *pick_count" | "uint32_t *light_count" => unwritten(4),
-            "uint32_t *label" => unwritten(4 * (WIDTH * HEIGHT) as usize),
-            "wis_light *lights" => unwritten(self.strata_size.bytes),
+            "wis_light *lights" => unwritten(self.size(name).bytes),
             "const wis_candidates *candidates" => candidates(),
-            "wis_pick *pick" => unwritten(2 * size_of::<Pick>()),
-            "double *weight_sum" => unwritten(8),
-            "float *u" | "float u[2]" | "float *point" | "float point[2]" => unwritten(8),
-            "double *average" | "double *integral" => unwritten(8),
-            "uint32_t items[6]" => unwritten(24),
-            handle if handle.contains("**") => unwritten(size_of::<*const c_void>()),
+            _ if parameter.is_result() || parameter.is_handle() || parameter.name == "diagnostic" => {
+                let layout = headers().pointed(parameter);
+                let elements = match parameter.name.as_str() {
+                    "offset" | "drawn" | "status" | "pdf" => count,
+                    "u" | "out" | "point" => 2 * count,
+                    "ray" => RAYS,
+                    "pick" | "wavelets" => 2,
+                    "label" => (WIDTH * HEIGHT) as usize,
+                    _ => 1,
+                };
+                let bytes = layout.size * parameter.elements.unwrap_or(elements);
+                if layout.begins_with_size() { sized(bytes) } else { unwritten(bytes) }
+            }
             other => panic!("no argument for {other} of {name}"),
         }
     }
@@ -490,17 +392,10 @@ impl Scene {
 
     /// The memory that a function builds in.
     fn size(&self, function: &str) -> MemorySize {
-        match function {
-            "wis_visibility_init" => MemorySize { bytes: self.visibility.len(), ..MemorySize::default() },
-            name if name.starts_with("wis_tree") => self.tree_size,
-            "wis_product_prepare" => MemorySize { bytes: COUNT * self.grid_size.bytes, ..self.grid_size },
-            name if name.starts_with("wis_pool") => self.pool_size,
-            name if name.starts_with("wis_strata") => self.strata_size,
-            name if name.starts_with("wis_jitter") => self.jitter_size,
-            name if name.starts_with("wis_environment") => self.light_size,
-            name if name.starts_with("wis_sampler") => self.sampler_size,
-            _ => cache_size(),
-        }
+        let found = self.sizes.iter().find(|(object, _)| function.starts_with(object));
+        let (_, size) = *found.unwrap_or_else(|| panic!("{function} has no size"));
+        let count = if function == "wis_product_prepare" { COUNT } else { 1 };
+        MemorySize { bytes: count * size.bytes, ..size }
     }
 
     fn light_config(&self) -> Vec<u8> {
@@ -561,22 +456,6 @@ extern "C" fn lambert(_: *mut c_void, count: usize, wi: *const f32, f_cos: *mut 
         unsafe { f_cos.add(i).write(wi.add(3 * i + 2).read().max(0.0)) };
     }
     0
-}
-
-/// The bytes of a tree.
-fn tree(config: &[u8]) -> Vec<u8> {
-    let config = Block::new(config, 0);
-    let config = config.pointer().cast();
-    let (mut size, mut handle) = (MemorySize::default(), null());
-    let mut info = TreeInfo { size: size_of::<TreeInfo>() as u32, ..TreeInfo::default() };
-    // SAFETY: all pointers are valid.
-    unsafe {
-        expect_ok(wis_tree_size(config, &mut size, null_mut()));
-        let (memory, scratch) = (Block::unwritten(size.bytes), Block::unwritten(size.scratch_bytes));
-        let (place, work, none) = (memory.pointer().cast(), scratch.pointer().cast(), null_mut());
-        expect_ok(wis_tree_init(config, place, size.bytes, work, size.scratch_bytes, &mut handle, &mut info, none));
-        memory[..info.bytes as usize].to_vec()
-    }
 }
 
 /// The wavelets of two squares.

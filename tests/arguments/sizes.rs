@@ -3,18 +3,17 @@
 use super::block::Block;
 use super::call::Call;
 use super::objects::function;
+use super::pointers::configurations;
 use super::scene::{Scene, numbers};
 use wis::ffi::MemorySize;
 use wis::ffi::wavelets::tree::*;
 
 /// What the size query of a call's configuration answers.
 fn size<T: Copy>(scene: &Scene, query: &str, edit: impl Fn(&mut T)) -> MemorySize {
-    let query = function(query);
-    let mut call = Call::valid(scene, &query);
+    let mut call = Call::valid(scene, function(query));
     call.edit("config", edit);
     call.succeeds("size");
-    let mut size = MemorySize::default();
-    call.edit("size", |answered: &mut MemorySize| size = *answered);
+    let size: MemorySize = call.read("size");
     assert_eq!(size.align, wis::ffi::WIS_ALIGNMENT);
     size
 }
@@ -22,11 +21,11 @@ fn size<T: Copy>(scene: &Scene, query: &str, edit: impl Fn(&mut T)) -> MemorySiz
 /// Builds in blocks of exactly the sizes that were answered.
 fn build<T: Copy>(scene: &Scene, init: &str, size: MemorySize, edit: impl Fn(&mut T)) {
     let init = function(init);
-    let mut call = Call::valid(scene, &init);
+    let mut call = Call::valid(scene, init);
     call.edit("config", edit);
     call.give("memory", Block::unwritten(size.bytes));
     call.set("bytes", size.bytes);
-    if init.parameter("scratch").is_some() {
+    if init.has("scratch") {
         call.give("scratch", Block::unwritten(size.scratch_bytes));
         call.set("scratch_bytes", size.scratch_bytes);
     }
@@ -53,21 +52,21 @@ fn trees() {
 #[test]
 fn bytes_do_not_depend_on_the_memory() {
     let scene = Scene::new();
-    for name in ["wis_environment_init", "wis_tree_init"] {
-        let init = function(name);
-        let [zeros, ones] = [0, 0xff].map(|filling| {
-            let mut call = Call::valid(&scene, &init);
-            for (block, bytes) in [("memory", "bytes"), ("scratch", "scratch_bytes")] {
-                if init.parameter(block).is_some() {
+    for init in ["wis_environment_init", "wis_tree_init"].map(function) {
+        for config in configurations(&scene, init) {
+            let [zeros, ones] = [0, 0xff].map(|filling| {
+                let mut call = Call::valid(&scene, init);
+                config.iter().for_each(|config| call.give("config", Block::new(config, 0)));
+                for (block, bytes) in [("memory", "bytes"), ("scratch", "scratch_bytes")] {
                     call.give(block, Block::new(&vec![filling; call.number(bytes)], 0));
                 }
-            }
-            call.succeeds("any memory");
-            call.bytes("memory").to_vec()
-        });
-        // Every kind of object stores its length behind its first eight bytes.
-        let length = u64::from_ne_bytes(zeros[8..16].try_into().unwrap()) as usize;
-        let differing: Vec<usize> = (0..length).filter(|&place| zeros[place] != ones[place]).collect();
-        assert!(differing.is_empty(), "{name}: bytes {differing:?}");
+                call.succeeds("any memory");
+                call.bytes("memory").to_vec()
+            });
+            // Every kind of object stores its length behind its first eight bytes.
+            let length = u64::from_ne_bytes(zeros[8..16].try_into().unwrap()) as usize;
+            let differing: Vec<usize> = (0..length).filter(|&place| zeros[place] != ones[place]).collect();
+            assert!(differing.is_empty(), "{}: bytes {differing:?}", init.name);
+        }
     }
 }

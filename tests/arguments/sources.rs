@@ -27,7 +27,7 @@ type Fault<'a> = (&'static str, u32, &'a dyn Fn(&mut TreeConfig), Status);
 fn check(scene: &Scene, functions: &[&str], source: u32, faults: &[Fault]) {
     for function in functions.iter().map(|name| function(name)) {
         for (name, row, edit, status) in faults {
-            let mut call = Call::valid(scene, &function);
+            let mut call = Call::valid(scene, function);
             call.give("config", Block::new(&scene.tree_config(source), 0));
             call.edit("config", edit);
             let diagnostic = call.fails(&format!("{source}: {name}"), *status, "config");
@@ -53,7 +53,9 @@ fn products() {
     let scene = Scene::new();
     let cube = Block::new(&objects::tree(&scene, |config| (config.dimensions, config.depth) = (3, 1)), 0);
     let handle = |block: &Block| block.pointer().cast_const().cast::<Tree>();
-    let tree = read_handle(&scene);
+    let mut tree = null();
+    // SAFETY: the configuration is that of a product.
+    Block::new(&scene.tree_config(WIS_TREE_PRODUCT), 0).edit(|c: &mut TreeConfig| tree = unsafe { c.trees.read() });
     let wrong = [[tree, handle(&cube), tree], [tree, tree, handle(&cube)]];
     for source in [WIS_TREE_PRODUCT, WIS_TREE_BLEND] {
         let faults: &[Fault] = &[
@@ -91,15 +93,6 @@ fn products() {
         ("weight", 2, &|c| c.weight = weights[2].as_ptr(), INVALID),
     ];
     check(&scene, BUILD, WIS_TREE_BLEND, faults);
-}
-
-/// The handle that a configuration has.
-fn read_handle(scene: &Scene) -> *const Tree {
-    let mut handle = null();
-    let mut config = Block::new(&scene.tree_config(WIS_TREE_PRODUCT), 0);
-    // SAFETY: the configuration is that of a product.
-    config.edit(|c: &mut TreeConfig| handle = unsafe { c.trees.read() });
-    handle
 }
 
 /// What a handle may not point to.
@@ -170,7 +163,7 @@ fn environments() {
 /// Both functions take a configuration.
 fn accepted(scene: &Scene, source: u32, edit: impl Fn(&mut TreeConfig)) {
     for function in BOTH.iter().map(|name| function(name)) {
-        let mut call = Call::valid(scene, &function);
+        let mut call = Call::valid(scene, function);
         call.give("config", Block::new(&scene.tree_config(source), 0));
         call.edit("config", &edit);
         call.succeeds(&format!("source {source}"));
@@ -184,7 +177,7 @@ fn other_fields() {
     for source in 0..SOURCES {
         let valid = scene.tree_config(source);
         let built = |config: &[u8]| {
-            let mut call = Call::valid(&scene, &init);
+            let mut call = Call::valid(&scene, init);
             call.give("config", Block::new(config, 0));
             call.succeeds(&format!("source {source}"));
             call.bytes("memory").to_vec()
@@ -234,7 +227,7 @@ fn blocks() {
     let (scene, init) = (Scene::new(), function("wis_tree_init"));
     for source in 0..SOURCES {
         let given = |name: &str, word: usize| {
-            let mut call = Call::valid(&scene, &init);
+            let mut call = Call::valid(&scene, init);
             call.give("config", Block::new(&scene.tree_config(source), 0));
             call.set(name, word);
             call
@@ -252,24 +245,5 @@ fn blocks() {
                 given(name, word).fails(&format!("source {source}"), status, name);
             }
         }
-    }
-}
-
-/// What is built does not depend on what was in the blocks.
-#[test]
-fn bytes_do_not_depend_on_the_blocks() {
-    let (scene, init) = (Scene::new(), function("wis_tree_init"));
-    for source in 0..SOURCES {
-        let [zeros, ones] = [0, 0xff].map(|filling| {
-            let mut call = Call::valid(&scene, &init);
-            call.give("config", Block::new(&scene.tree_config(source), 0));
-            for (block, bytes) in [("memory", "bytes"), ("scratch", "scratch_bytes")] {
-                call.give(block, Block::new(&vec![filling; call.number(bytes)], 0));
-            }
-            call.succeeds("any memory");
-            let memory = call.bytes("memory");
-            memory[..u64::from_ne_bytes(memory[8..16].try_into().unwrap()) as usize].to_vec()
-        });
-        assert_eq!(zeros, ones, "source {source}");
     }
 }

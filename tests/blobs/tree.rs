@@ -1,6 +1,6 @@
 //! Trees as stored bytes.
 
-use super::{BYTES, Kind, NO_AMOUNTS, NO_LINKS, add_links, add_words, assert_refuses, long, word};
+use super::{BYTES, CONTENT_ID, Kind, NO_AMOUNTS, NO_LINKS, add_links, add_words, assert_refuses, long, word};
 use crate::arguments::block::{Block, SENTINEL, plain};
 use std::ptr::{dangling, null, null_mut};
 use wis::ffi::wavelets::tree::*;
@@ -64,6 +64,7 @@ fn open(block: &Block, bytes: usize) -> (Status, Diagnostic) {
     let status = unsafe { wis_tree_open(block.pointer().cast(), bytes, &mut handle, &mut info, &mut diagnostic) };
     let is_written = [handle != untouched, info.content_id != SENTINEL.into()];
     assert_eq!(is_written, [status == Status::Ok; 2]);
+    assert!(status != Status::Ok || info.content_id == long(block, CONTENT_ID));
     assert!(status != Status::Ok || handle == block.pointer().cast_const().cast());
     (status, diagnostic)
 }

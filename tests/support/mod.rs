@@ -82,7 +82,11 @@ impl BuiltTree {
             let (place, work) = (memory.pointer(), scratch.pointer());
             let (bytes, room) = (size.bytes, size.scratch_bytes);
             let status = wis_tree_init(config, place, bytes, work, room, &mut handle, &mut info, null_mut());
-            if status == Status::Ok { Ok(BuiltTree { memory, handle, info, size }) } else { Err(status) }
+            if status != Status::Ok {
+                return Err(status);
+            }
+            assert!(handle.cast() == place.cast_const() && info.bytes as usize <= size.bytes);
+            Ok(BuiltTree { memory, handle, info, size })
         }
     }
 }

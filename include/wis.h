@@ -640,44 +640,6 @@ enum wis_status wis_invert(struct wis_sampler *sampler, const struct wis_environ
     size_t count, const float *wi, size_t wi_stride, float *u, size_t u_stride, uint8_t *status);
 /** @} */
 
-/** @defgroup pool Pools of your own candidates */ /** @{ */
-
-/// A candidate and how often it was picked.
-typedef struct wis_pick {
-  uint32_t candidate; /**< The number of the candidate, from 0. */
-  uint32_t multiplicity; /**< How many of the picks it stands for, at least 1. */
-} wis_pick;
-
-#define WIS_MAX_CANDIDATES (1 << 24) /**< The most candidates of one pool. */
-
-/// Candidates of your own. Strides in bytes, 0: packed.
-typedef struct wis_candidates {
-  uint32_t size; /**< sizeof(wis_candidates). */
-  uint32_t reserved; /**< Always 0. */
-  size_t count; /**< How many, at most WIS_MAX_CANDIDATES. */
-  const float *wi; /**< Three numbers each: a direction in world space. */
-  size_t wi_stride; /**< Bytes from a direction to the next. */
-  const float *weight; /**< The weight of each, finite and not negative. */
-  size_t weight_stride; /**< Bytes from a weight to the next. */
-} wis_candidates;
-
-/// The scratch memory that wis_pool_pick needs for `count` candidates. WIS_OVERFLOW for more than WIS_MAX_CANDIDATES. Work: constant.
-enum wis_status wis_pool_size(size_t count, struct wis_memory_size *size);
-
-/// Picks directions to trace from candidates of your own, in proportion to weights of your own (resampled importance sampling). wis_direct
-/// does the same with the library's candidates and lobes.
-///
-/// An unbiased estimate needs the weight g(x) / (n_1 p_1(x) + n_2 p_2(x) + ...) of a candidate x, for n_i candidates of density p_i and any
-/// g that is above 0 where light is reflected; best is the luminance of radiance x BRDF x cosine. WIS_INVALID_ARGUMENT for a weight out of
-/// range: `y` in the diagnostic is its number. `picks`: how many. `u`: one more random number for all. `scratch`: of wis_pool_size.
-///
-/// `pick` receives up to `picks` elements, `pick_count` how many, `weight_sum` the sum of all weights. A pick counts radiance x BRDF x
-/// cosine x visibility x multiplicity x weight_sum / (picks x g). In expectation a candidate is picked picks x weight / weight_sum times.
-/// Two picks and more are systematic along a curve over the sphere. If all weights are 0, there are no picks. Work: count.
-enum wis_status wis_pool_pick(const struct wis_candidates *candidates, uint32_t picks, float u, void *scratch, size_t scratch_bytes,
-    struct wis_pick *pick, uint32_t *pick_count, double *weight_sum, struct wis_diagnostic *diagnostic);
-/** @} */
-
 /** @defgroup points Random numbers */ /** @{ */
 
 /// A seed for a pixel in a pass; seeds of neighbours and of passes are decorrelated. Work: constant.

@@ -1,5 +1,5 @@
-// wis for C++11: wis.h with classes that own the memory of environments, samplers, products,
-// caches of visibility and pools.
+// wis for C++11: wis.h with classes that own the memory of environments, samplers, products and
+// caches of visibility.
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //
 // Calls that make something answer a result, which holds a value or a status; all others answer the status of the C call, which
@@ -427,34 +427,6 @@ inline result<std::uint32_t> visibility_key(const float (&position)[3], const fl
     if (done != WIS_OK) return done;
     return key;
 }
-
-/// Picks from candidates, in memory that grows as it must. One for each thread.
-class pool {
-public:
-    /// As wis_pool_pick, of packed directions and weights. WIS_MEMORY_TOO_SMALL if the heap is exhausted.
-    status pick(const float *wi, const float *weight, std::size_t candidates, std::uint32_t picks, float u,
-                wis_diagnostic *diagnostic = nullptr) {
-        count_ = 0;
-        wis_memory_size need;
-        const status measured = wis_pool_size(candidates, &need);
-        if (measured != WIS_OK) return pass(measured);
-        const std::size_t bytes = picks * sizeof(wis_pick);
-        if (scratch_.bytes() < need.bytes && !scratch_.reserve(need.bytes, need.align)) return pass(WIS_MEMORY_TOO_SMALL);
-        if (picks_.bytes() < bytes && !picks_.reserve(bytes, alignof(wis_pick))) return pass(WIS_MEMORY_TOO_SMALL);
-        const wis_candidates all{sizeof(wis_candidates), 0, candidates, wi, 0, weight, 0};
-        return pass(wis_pool_pick(&all, picks, u, scratch_.data(), scratch_.bytes(), static_cast<wis_pick *>(picks_.data()),
-                                  &count_.value, &weight_sum_.value, diagnostic));
-    }
-    std::uint32_t size() const noexcept { return count_; }
-    const wis_pick *begin() const noexcept { return static_cast<const wis_pick *>(picks_.data()); }
-    const wis_pick *end() const noexcept { return begin() + count_; }
-    double weight_sum() const noexcept { return weight_sum_; }
-
-private:
-    memory scratch_, picks_;
-    moving<std::uint32_t> count_;
-    moving<double> weight_sum_;
-};
 
 /// A seed for a pixel in a pass.
 inline std::uint32_t pixel_seed(std::uint32_t x, std::uint32_t y, std::uint32_t pass) noexcept {

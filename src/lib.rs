@@ -1,6 +1,6 @@
 #![doc = include_str!("../docs/crate.md")]
 // A folder or file imports only what stands before it, and nothing imports `lights` or `wavelets` but `ffi`
-// (tests/imports.rs). Order of folders: `status`, `numeric`, `simd`, `sample`, `sphere`, `points`, `blob`, `pool`,
+// (tests/imports.rs). Order of folders: `status`, `numeric`, `simd`, `sample`, `sphere`, `points`, `blob`,
 // `visibility`, `light`, `brdf`, `product`, `direct`, `lights`, `wavelets`, `ffi`, `render`.
 #![no_std]
 #![deny(unsafe_code, missing_docs)]
@@ -19,7 +19,6 @@ pub mod lights;
 #[doc(hidden)]
 pub mod numeric;
 pub mod points;
-pub mod pool;
 #[cfg(feature = "products")]
 #[doc(hidden)]
 pub mod product;

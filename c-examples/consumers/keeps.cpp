@@ -40,22 +40,10 @@ void trees_stand_alone() {
     expect(moved.pdf(point, same) == WIS_OK && same == pdf && tree.get() == nullptr, "a tree that was moved");
 }
 
-void pools_own_what_they_write_to() {
-    const float wi[6] = {0.0f, 0.0f, 1.0f, 1.0f, 0.0f, 0.0f}, weight[2] = {1.0f, 1.0f};
-    wis::pool pool;
-    expect(pool.pick(wi, weight, 2, 2, 0.5f) == WIS_OK && pool.size() == 2, "a pool");
-    const wis::pool moved(std::move(pool));
-    const wis_pick before = *moved.begin();
-    expect(pool.size() == 0 && pool.begin() == pool.end(), "nothing is left of it");
-    expect(pool.pick(wi + 3, weight, 1, 1, 0.5f) == WIS_OK && pool.begin() != moved.begin(), "a pool of its own again");
-    expect(std::memcmp(&before, moved.begin(), sizeof before) == 0, "the picks that were moved");
-}
-
 } // namespace
 
 int main() {
     trees_stand_alone();
-    pools_own_what_they_write_to();
     std::puts(failures ? "FAILED" : "what was given is kept");
     return failures ? 1 : 0;
 }

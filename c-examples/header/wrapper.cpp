@@ -2,12 +2,12 @@
 #include <wis_wavelets.hpp>
 #include <wis_wavelets.hpp>
 
-int use_trees(const wis::environment &environment, wis::wavelets::tree &tree, wis::wavelets::visibility &visibility, wis::pool &pool);
-int use_trees(const wis::environment &environment, wis::wavelets::tree &tree, wis::wavelets::visibility &visibility, wis::pool &pool) {
+int use_trees(const wis::environment &environment, wis::wavelets::tree &tree, wis::wavelets::visibility &visibility);
+int use_trees(const wis::environment &environment, wis::wavelets::tree &tree, wis::wavelets::visibility &visibility) {
     const wis_tree *const trees[] = {tree.get()};
     const wis_tree *const both[] = {tree.get(), tree.get()};
     const double weights[] = {1.0};
-    const float wi[] = {0.0f, 0.0f, 1.0f}, weight[] = {1.0f}, u[] = {0.5f, 0.5f};
+    const float u[] = {0.5f, 0.5f};
     float point[2], back[2], points[2] = {0.5f, 0.5f}, pdf = 0.0f;
     std::uint32_t index[1] = {0};
     double integral = 0.0;
@@ -37,10 +37,8 @@ int use_trees(const wis::environment &environment, wis::wavelets::tree &tree, wi
         product.product_integral(tree, integral),
         visibility.init(tree),
         visibility.product_integral(product, integral),
-        pool.pick(wi, weight, 1, 1, 0.5f),
     };
     int failures = 0;
     for (const wis::status answer : answers) failures += answer != WIS_OK;
-    for (const wis_pick &pick : pool) failures += pick.candidate != 0;
     return failures;
 }

@@ -456,47 +456,6 @@ impl Tree {
     }
 }
 
-/// Picks from candidates by their weights; answers the sum of the weights.
-pub fn pick(
-    wi: &[[f32; 3]],
-    weight: &[f32],
-    u: f32,
-    scratch: &mut Block,
-    picks: &mut [raw::wis_pick],
-) -> Result<(usize, f64)> {
-    assert!(wi.len() == weight.len());
-    let mut size = raw::wis_memory_size::default();
-    // SAFETY: the pointer is to a live local.
-    check(unsafe { raw::wis_pool_size(wi.len(), &mut size) })?;
-    if scratch.bytes() < size.bytes {
-        *scratch = Block::new(size.bytes);
-    }
-    let (mut count, mut sum, mut diagnostic) = (0, 0.0, raw::wis_diagnostic::default());
-    let candidates = raw::wis_candidates {
-        size: size_of::<raw::wis_candidates>() as u32,
-        count: wi.len(),
-        wi: wi.as_ptr().cast(),
-        weight: weight.as_ptr(),
-        ..Default::default()
-    };
-    // SAFETY: the slices are of one length, and the scratch memory is as long as was asked for.
-    let status = unsafe {
-        raw::wis_pool_pick(
-            &candidates,
-            picks.len() as u32,
-            u,
-            scratch.start_mut(),
-            scratch.bytes(),
-            picks.as_mut_ptr(),
-            &mut count,
-            &mut sum,
-            &mut diagnostic,
-        )
-    };
-    check_with(status, diagnostic)?;
-    Ok((count as usize, sum))
-}
-
 /// The numbers `first..` of the Owen-scrambled Sobol sequence of a seed.
 pub fn sobol(seed: u32, first: u32, points: &mut [[f32; 2]]) -> Result<()> {
     // SAFETY: the slice holds that many points.

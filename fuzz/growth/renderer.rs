@@ -307,20 +307,6 @@ pub fn inputs<'a>(w: &mut World, function: &str, count: usize) -> Values<'a> {
 }
 
 fn points(w: &mut World) {
-    let pool = |w: &mut World, count: usize, picks: usize, weight: &dyn Fn(usize) -> f32| {
-        let weights: Vec<f32> = (0..count).map(weight).collect();
-        let (wi, weight) = (w.floats(&directions(4, count)), w.floats(&weights));
-        let candidates = w.of("wis_candidates", &vec![("count", count as f64), ("wi", wi), ("weight", weight)]);
-        vec![("candidates", candidates), ("count", count as f64), ("picks", picks as f64), ("u", 0.5)]
-    };
-    w.curve("wis_pool_size", "count", &COUNTS, constant, |_, n| vec![("count", n as f64)]);
-    w.curve("wis_pool_size", "bytes by count", &COUNTS, linear, |_, n| vec![("count", n as f64)]);
-    w.curve("wis_pool_pick", "count", &COUNTS, linear, |w, n| pool(w, n, 16, &|i| (i % 7) as f32));
-    w.curve("wis_pool_pick", "count, one bright", &COUNTS, linear, |w, n| {
-        pool(w, n, 16, &|i| if i == 3 { 1e30 } else { 1.0 })
-    });
-    w.curve("wis_pool_pick", "count and picks", &COUNTS, linear, |w, n| pool(w, n, n, &|_| 1.0));
-    w.curve("wis_pool_pick", "picks", &COUNTS, constant, |w, n| pool(w, 64, n, &|_| 1.0));
     w.curve("wis_points_hammersley", "count", &COUNTS, linear, |_, n| {
         vec![("first", 0.0), ("count", n as f64), ("total", n as f64)]
     });

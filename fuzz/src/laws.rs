@@ -167,14 +167,3 @@ pub fn rays(case: &Case) -> Verdict {
     }
     Ok(())
 }
-
-pub fn picks(case: &Case) -> Verdict {
-    let (candidates, picks) = (case.number("count").unwrap_or(0), case.number("picks").unwrap_or(0));
-    let count = count(case, "pick_count");
-    must!(count <= picks, "{count} picks of {picks}");
-    let picked = words(case, "pick");
-    let sum: u32 = picked.chunks_exact(2).take(count).map(|pick| pick[1]).sum();
-    must!(picked.chunks_exact(2).take(count).all(|pick| (pick[0] as usize) < candidates), "no such candidate");
-    must!(count == 0 || sum as usize == picks, "{sum} picks of {picks}");
-    Ok(())
-}

@@ -19,7 +19,6 @@ pub fn make(case: &mut Case, kind: &str) -> Vec<u8> {
         },
         "wis_wave" => wave(case, &mut fields),
         "wis_tree_config" => tree(case, &mut fields),
-        "wis_candidates" => candidates(case, &mut fields),
         "wis_jitter_config" => jitter(case, &mut fields),
         _ => {
             let fill = match kind {
@@ -373,44 +372,6 @@ fn combined(case: &mut Case, fields: &mut Fields, trees: &[Object], is_product: 
 /// What a tree is raised to.
 fn least(case: &mut Case, fields: &mut Fields) {
     fields.word("least", case.random.pick(&[0.0, 1e-3, 1.0f64]).to_bits());
-}
-
-/// Directions and weights, packed or a stride apart.
-fn candidates(case: &mut Case, fields: &mut Fields) {
-    let count = case.random.pick(&[0, 1, 2, 7, 24, 200]);
-    fields.word("count", count as u64);
-    case.decide("count", count as u64);
-    let hostile = case.is_spoiled() && case.random.one_in(3);
-    for (path, numbers) in [("wi", 3), ("weight", 1)] {
-        let gap = 4 * case.random.below(3);
-        let mut bytes = Vec::new();
-        for _ in 0..count {
-            let element = match path {
-                "wi" => case.random.direction().to_vec(),
-                _ if hostile => vec![case.random.hard()],
-                _ => factors(&mut case.random, 1, 2.0),
-            };
-            bytes.extend(bytes_of(&element));
-            bytes.resize(bytes.len() + gap, 0xff);
-        }
-        bytes.truncate(((4 * numbers + gap) * count).saturating_sub(gap));
-        let first = case.input(&bytes, 4);
-        fields.word(path, first);
-        fields.word(&format!("{path}_stride"), if gap == 0 { 0 } else { (4 * numbers + gap) as u64 });
-    }
-    if case.is_spoiled() {
-        // Fields that say how much memory there is stay true, or are too large for any.
-        match case.random.below(5) {
-            0 => fields.word("size", case.random.bits()),
-            1 => fields.word("reserved", 1),
-            2 => fields.word("count", case.random.pick(&[(1 << 24) + 1, u64::MAX, 1 << 62])),
-            3 => fields.word("wi_stride", case.random.pick(&[1, 2, 3, 8, u64::MAX, u64::MAX - 3])),
-            _ => {
-                let path = case.random.pick(&["wi", "weight"]);
-                fields.word(path, case.random.pick(&[0, 1]));
-            }
-        }
-    }
 }
 
 /// Strata of a map, and the stratum of each texel.

@@ -277,7 +277,7 @@ fn block(case: &mut Case, name: &str) -> u64 {
         bytes = bytes.saturating_mul(case.number("count").unwrap_or(1));
     }
     // The memory of visibility caches and others is measured once; strata keep their lights elsewhere.
-    let needed = if name == "memory" || case.function.name == "wis_pool_pick" { bytes } else { scratch };
+    let needed = if name == "memory" { bytes } else { scratch };
     let mut len = needed.min(LONGEST);
     if case.is_spoiled() {
         len = random_less(&mut case.random, len);

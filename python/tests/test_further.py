@@ -1,4 +1,4 @@
-"""What few clients need: visibility of earlier passes, a BRDF of one's own in the choice of rays, pools."""
+"""What few clients need: visibility of earlier passes, a BRDF of one's own in the choice of rays."""
 
 import numpy as np
 import pytest
@@ -51,12 +51,3 @@ def test_a_target_of_ones_own_chooses_the_rays():
 
     with pytest.raises(KeyError):
         wis.Sampler().direct_target(LIGHT, of_pass(0), broken)
-
-
-def test_a_pool_picks_in_proportion_to_weights():
-    wi = np.array([(1, 0, 0), (0, 1, 0), (0, 0, 1), (-1, 0, 0)], np.float32)
-    picks = wis.pool_pick(wi, [0, 1, 0, 3], 4, 0.5)
-    assert dict(zip(picks.candidate.tolist(), picks.multiplicity.tolist())) == {1: 1, 3: 3} and picks.weight_sum == 4
-    with pytest.raises(wis.Error) as caught:
-        wis.pool_pick(wi, [0, 1, np.nan, 3], 4, 0.5)
-    assert (caught.value.argument, caught.value.field, caught.value.y) == ("candidates", "weight", 2)

@@ -575,28 +575,6 @@ def direct(environment: Environment, points: Points, rays: int = 1, *, threads: 
 _LEAST = 256
 
 
-class Picks(NamedTuple):
-    """`candidate`, numbers of the candidates; how many times each was picked; and the sum of all weights. A pick counts
-    radiance x BRDF x cosine x visibility x multiplicity x weight_sum / (picks x g)."""
-
-    candidate: NDArray[np.uint32]
-    multiplicity: NDArray[np.uint32]
-    weight_sum: float
-
-
-def pool_pick(wi: ArrayLike, weight: ArrayLike, picks: int, u: float) -> Picks:
-    """Picks from candidates of your own, n x 3, in proportion to weights of your own: resampled importance sampling."""
-    wi, given, size = _packed(wi, 3), np.ascontiguousarray(weight, np.float32), ffi.new("wis_memory_size *")
-    if given.shape != (len(wi),):
-        raise ValueError(f"weight has shape {given.shape}, not ({len(wi)},)")
-    _call("wis_pool_size", len(wi), size)
-    scratch, pick = _block(size.bytes), np.zeros(picks, _dtype(ffi.typeof("wis_pick")))
-    count, total = ffi.new("uint32_t *"), ffi.new("double *")
-    candidates = _new("wis_candidates", count=len(wi), wi=_pointer(wi, "float"), wi_stride=wi.strides[0], weight=_pointer(given, "float"))
-    _call("wis_pool_pick", candidates, picks, u, _pointer(scratch), size.bytes, _pointer(pick, "wis_pick"), count, total)
-    return Picks(pick["candidate"][:count[0]], pick["multiplicity"][:count[0]], total[0])
-
-
 def points_sobol(seed: int, first: int, count: int) -> Floats:
     """Points of an Owen-scrambled (0,2)-sequence, count x 2: `u` for `sample`."""
     out = np.empty((count, 2), np.float32)

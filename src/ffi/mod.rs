@@ -14,7 +14,6 @@ pub mod lights;
 pub mod material;
 mod memory;
 pub mod points;
-pub mod pool;
 #[cfg(feature = "products")]
 pub mod product;
 pub mod sampler;

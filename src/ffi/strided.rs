@@ -2,7 +2,6 @@
 
 use super::{Checked, pointer, slice, slice_mut};
 use crate::status::{Error, Result, Status};
-use core::ffi::CStr;
 
 /// Elements of `N` floats that stand a stride apart, to read.
 #[derive(Clone, Copy)]
@@ -15,18 +14,6 @@ impl<const N: usize> Strided<N> {
     /// Checks `count` elements; a stride of 0 means that they stand close together.
     pub(crate) fn new(start: *const f32, stride: usize, count: usize, argument: u32) -> Checked<Strided<N>> {
         Ok(Strided { start, stride: check_stride(N, start, stride, count, argument)? })
-    }
-
-    /// As [`Strided::new`], of an array and a stride that are fields of the struct that an argument points to.
-    pub(crate) fn in_struct(
-        (start, array): (*const f32, &'static CStr),
-        (stride, field): (usize, &'static CStr),
-        count: usize,
-        argument: u32,
-    ) -> Checked<Strided<N>> {
-        // A fault of the stride is one of the argument behind that of the array.
-        let name = |at: Error| at.of(if at.argument == argument { array } else { field }).instead(argument);
-        Strided::new(start, stride, count, argument).map_err(name)
     }
 
     /// Reads element `index`.

@@ -11,16 +11,15 @@ use wis::ffi::check::CheckConfig;
 use wis::ffi::light::*;
 use wis::ffi::lights::jitter::JitterConfig;
 use wis::ffi::lights::strata::StrataConfig;
-use wis::ffi::pool::Candidates;
 use wis::ffi::wavelets::tree::*;
 use wis::status::Status;
 use wis::wavelets::triple::Wavelets;
 
 const INVALID: Status = Status::InvalidArgument;
+const OVERFLOW: Status = Status::Overflow;
 const TRANSFORM: Status = Status::InvalidTransform;
 const MISALIGNED: Status = Status::Misaligned;
 const NULL: Status = Status::NullPointer;
-const OVERFLOW: Status = Status::Overflow;
 static SCALED: [f32; 10] = [2.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
 
 /// The field that a diagnostic names, an edit that spoils it, and the status; no name where several fields overflow together.
@@ -188,14 +187,11 @@ fn elements() {
 /// The field, and the number of the element at fault in a list that a struct points to.
 #[test]
 fn elements_of_fields() {
-    static WEIGHTS: [f32; 3] = [1.0, f32::NAN, 1.0];
     static LABELS: [u32; 18] = {
         let mut labels = [0; 18];
         labels[1] = 2;
         labels
     };
-    let weights: [Fault<Candidates>; 1] = [("weight", |all| all.weight = WEIGHTS.as_ptr(), INVALID)];
-    second(check(&["wis_pool_pick"], "candidates", &weights));
     let labels: [Fault<JitterConfig>; 1] = [("label", |config| config.label = LABELS.as_ptr(), INVALID)];
     second(check(&["wis_jitter_init"], "config", &labels));
 }
@@ -208,22 +204,9 @@ fn second(diagnostics: Vec<Diagnostic>) {
     }
 }
 
-/// What stands in a struct of candidates and labels.
+/// What stands in a struct of labels.
 #[test]
 fn lists() {
-    let candidates: [Fault<Candidates>; 10] = [
-        ("size", |all| all.size += 8, Status::InvalidStructSize),
-        ("reserved", |all| all.reserved = 1, INVALID),
-        ("count", |all| all.count = (1 << 24) + 1, OVERFLOW),
-        ("wi", |all| all.wi = null(), NULL),
-        ("wi", |all| all.wi = all.wi.wrapping_byte_add(1), MISALIGNED),
-        ("weight", |all| all.weight = null(), NULL),
-        ("wi_stride", |all| all.wi_stride = 8, INVALID),
-        ("wi_stride", |all| all.wi_stride = 14, MISALIGNED),
-        ("weight_stride", |all| all.weight_stride = 1, INVALID),
-        ("weight_stride", |all| all.weight_stride = 1 << 62, OVERFLOW),
-    ];
-    check(&["wis_pool_pick"], "candidates", &candidates);
     let tables: [Fault<JitterConfig>; 5] = [
         ("size", |config| config.size = 0, Status::InvalidStructSize),
         ("distribution", |config| config.distribution = 2, INVALID),

@@ -13,7 +13,6 @@ use wis::ffi::light::*;
 use wis::ffi::lights::jitter::*;
 use wis::ffi::lights::strata::*;
 use wis::ffi::material::{MaterialData, PointData};
-use wis::ffi::pool::*;
 use wis::ffi::product::*;
 use wis::ffi::sampler::*;
 use wis::ffi::wave::{DirectWave, FloatsIn, FloatsOut, IntsIn};
@@ -140,7 +139,6 @@ impl Scene {
         scene.sampler = scene.built("wis_sampler");
         scene.material = Block::new(scene.called("wis_material_init").bytes("material"), 0);
         scene.build_grid();
-        scene.measure("wis_pool");
         scene.measure("wis_strata");
         scene.jitter = scene.built("wis_jitter");
         scene.build_trees();
@@ -157,11 +155,7 @@ impl Scene {
 
     /// Asks how much memory a kind of object needs.
     fn measure(&mut self, object: &'static str) {
-        let mut size: MemorySize = self.called(&format!("{object}_size")).read("size");
-        if object == "wis_pool" {
-            // All of it is scratch memory.
-            size.scratch_bytes = size.bytes;
-        }
+        let size = self.called(&format!("{object}_size")).read("size");
         self.sizes.push((object, size));
     }
 
@@ -348,14 +342,13 @@ impl Scene {
             "float *points" => numbers(&RANDOM),
             "uint32_t *index" => numbers(&[0u32, 1, 2]),
             "wis_light *lights" => unwritten(self.size(name).bytes),
-            "const wis_candidates *candidates" => candidates(),
             _ if parameter.is_result() || parameter.is_handle() || parameter.name == "diagnostic" => {
                 let layout = headers().pointed(parameter);
                 let elements = match parameter.name.as_str() {
                     "offset" | "drawn" | "status" | "pdf" => count,
                     "u" | "out" | "point" => 2 * count,
                     "ray" => RAYS,
-                    "pick" | "wavelets" => 2,
+                    "wavelets" => 2,
                     "label" => (WIDTH * HEIGHT) as usize,
                     _ => 1,
                 };
@@ -463,14 +456,6 @@ static WAVELETS: [Wavelets; 2] = [
     Wavelets { position: 0, level: 0, detail: [0.5, 0.0, -0.25] },
     Wavelets { position: 1 << 22, level: 1, detail: [0.5, 0.0, -0.25] },
 ];
-
-fn candidates() -> Vec<u8> {
-    static CANDIDATE_WEIGHTS: [f32; COUNT] = [1.0, 0.0, 2.0];
-    plain(|all: &mut Candidates| {
-        (all.size, all.count) = (size_of::<Candidates>() as u32, COUNT);
-        (all.wi, all.weight) = (DIRECTIONS.as_ptr().cast(), CANDIDATE_WEIGHTS.as_ptr());
-    })
-}
 
 /// Which of two lights each texel belongs to.
 static LABELS: [u32; (WIDTH * HEIGHT) as usize] = {

@@ -8,7 +8,6 @@ use wis::ffi::lights::jitter::*;
 use wis::ffi::lights::strata::*;
 use wis::ffi::material::*;
 use wis::ffi::points::*;
-use wis::ffi::pool::*;
 use wis::ffi::product::*;
 use wis::ffi::sampler::*;
 use wis::ffi::sampling::*;
@@ -92,8 +91,6 @@ pub const TABLE: &[Entry] = table! {
     wis_jitter_sample(jitter, light, u, sample);
     wis_jitter_pdf(jitter, light, wi, pdf);
     wis_strata_order(count, contribution, threshold, index, traced, diagnostic);
-    wis_pool_size(count, size);
-    wis_pool_pick(candidates, picks, u, scratch, scratch_bytes, pick, pick_count, weight_sum, diagnostic);
     wis_tree_size(config, size, diagnostic);
     wis_tree_init(config, memory, bytes, scratch, scratch_bytes, tree, info, diagnostic);
     wis_tree_open(memory, bytes, tree, info, diagnostic);

@@ -111,11 +111,9 @@ fn directions() {
             call.give("wi", Block::new(&numbers(&direction), 0));
             call.fails(&format!("{direction:?}"), TRANSFORM, "wi");
         }
-        // A pool finds a place for anything, a cache leaves it out, and an inversion has a status for each.
+        // A cache leaves it out, and an inversion has a status for each.
         let many = taking("const float *wi").into_iter();
-        for function in
-            many.filter(|f| !["wis_pool_pick", "wis_visibility_cache_record", "wis_invert"].contains(&f.name.as_str()))
-        {
+        for function in many.filter(|f| !["wis_visibility_cache_record", "wis_invert"].contains(&f.name.as_str())) {
             let results = ["pdf", "f_cos", "weight"];
             let result = results.into_iter().find(|name| function.takes(&format!("float *{name}"))).unwrap();
             let valid = Call::valid(&scene, function);

@@ -40,8 +40,6 @@ const HEADERS: [Header; 3] = [
             "src/ffi/product.rs src/product/info.rs",
             "src/sample.rs",
             "src/ffi/sampling.rs",
-            "src/pool.rs",
-            "src/ffi/pool.rs",
             "src/ffi/points.rs",
         ],
         groups: &[
@@ -55,8 +53,7 @@ const HEADERS: [Header; 3] = [
             (10, "visibility", "Visibility of earlier passes"),
             (11, "wave", "Waves"),
             (12, "product", "Products and densities"),
-            (15, "pool", "Pools of your own candidates"),
-            (17, "points", "Random numbers"),
+            (15, "points", "Random numbers"),
         ],
         introduction: include_str!("wis.h"),
     },

@@ -223,7 +223,7 @@ impl Loss {
             Cause::Blocked => format!("a visibility cache (`visibility` of the point); without one {}", peer.name()),
             _ => match candidates(peer) {
                 1 => format!("{}, which takes {:.1} us", peer.name(), self.us[1]),
-                n => format!("resample {n} candidates of your own a ray with `wis_pool_pick`"),
+                n => format!("resample {n} candidates of your own a ray"),
             },
         };
         match self.other {

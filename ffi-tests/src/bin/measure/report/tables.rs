@@ -245,7 +245,11 @@ fn certain(cells: &[Cell]) -> Vec<Part> {
     }
     let text = "Cells in which wis is ahead / undecided / behind, against the best baseline of the cell. A cell is a light, a lobe and a \
                 number of rays. The bootstrap interval of 95 % lies above 1, holds 1, or lies below.";
-    vec![Part::Heading("In how many cells is wis ahead, undecided, behind?".into()), Part::Text(text.into()), Part::Table(table)]
+    vec![
+        Part::Heading("In how many cells is wis ahead, undecided, behind?".into()),
+        Part::Text(text.into()),
+        Part::Table(table),
+    ]
 }
 
 pub fn verdict(is_reached: bool) -> &'static str {
@@ -332,7 +336,13 @@ fn sun(suns: &[Cell]) -> Vec<Part> {
         suns.first().map_or(0, |cell| cell.rows[0].repeats.len()),
     );
     let [samples, of_samples] = sun_by_samples(suns);
-    vec![Part::Heading("What does a product gain under an unclipped sun?".into()), samples, of_samples, Part::Text(text), Part::Table(table)]
+    vec![
+        Part::Heading("What does a product gain under an unclipped sun?".into()),
+        samples,
+        of_samples,
+        Part::Text(text),
+        Part::Table(table),
+    ]
 }
 
 /// The variance of compensated MIS over that of the product with as many samples.
@@ -383,7 +393,11 @@ fn weights_and_limit(main: &[&Cell]) -> Vec<Part> {
                 absolute, lower is better. The limit samples the product of light and BRDF x cosine cell by cell. Its grid has \
                 512 x 512 cells, and more where the light varies. That takes about a millisecond for a point. The variance that is \
                 left comes from visibility.";
-    vec![Part::Heading("How large do weights get, and how far is the limit?".into()), Part::Text(text.into()), Part::Table(table)]
+    vec![
+        Part::Heading("How large do weights get, and how far is the limit?".into()),
+        Part::Text(text.into()),
+        Part::Table(table),
+    ]
 }
 
 /// Rays for a hit that both groups of maps are compared at.
@@ -416,7 +430,11 @@ fn by_maps(main: &[&Cell], lights: &[String]) -> Vec<Part> {
             table.row([name.into(), rays.to_string()].into_iter().chain(gains));
         }
     }
-    vec![Part::Heading("Are judged maps worse than those it was tuned on?".into()), Part::Text(text), Part::Table(table)]
+    vec![
+        Part::Heading("Are judged maps worse than those it was tuned on?".into()),
+        Part::Text(text),
+        Part::Table(table),
+    ]
 }
 
 fn drawn(main: &[&Cell], lobes: &[String]) -> Result<Vec<Part>> {

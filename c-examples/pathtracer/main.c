@@ -17,13 +17,13 @@ static const Method METHODS[] = {{"mis", BY_LIGHT, BALANCE, 0},
 #define COUNT (sizeof METHODS / sizeof METHODS[0])
 
 typedef struct Options {
-    unsigned width, height, least, most, reference, repeats, rays, depth, stride, seed, stratified, spheres;
+    unsigned width, height, least, most, reference, repeats, rays, depth, stride, seed, stratified, coarse;
     const char *map, *methods, *out;
 } Options;
 
 typedef struct Result {
     double seconds, mean;
-    Score score, metal; /* of all pixels, and of those that see the metal sphere */
+    Score score, seen[OBJECTS]; /* of all pixels, and of those that see each object */
 } Result;
 
 /* Rows of images that were rendered, of how many. */
@@ -41,7 +41,9 @@ static const char HELP[] =
     "  --depth N         hits of a path, 1 to 4; 1: direct light alone (default: 4)\n"
     "  --stride N        every Nth pixel of an image that is N times as wide and as high (default: 1)\n"
     "  --stratified 1    a (0,2)-sequence in place of random numbers\n"
-    "  --spheres 1       without the mesh\n"
+    "  --without N       without the mesh (1), the metal sphere (2), the disc (4), or several (their sum)\n"
+    "  --material N      1 to 4: all of Lambert, GGX 0.2, GGX 0.05, patterned Lambert (default 0: of several)\n"
+    "  --coarse 1        a mesh of 960 triangles in place of 115,200\n"
     "  --methods LIST    of mis,compensated,direct,alone\n"
     "  --out FILE.png    the last image\n"
     "  --reference N     samples per pixel of each of two references (default: 32)\n"
@@ -60,7 +62,9 @@ static bool parse(Options *o, int count, char **arguments) {
                             {.name = "--stride", .count = &o->stride, .least = 1, .most = 8192},
                             {.name = "--seed", .count = &o->seed, .most = 1000000},
                             {.name = "--stratified", .count = &o->stratified, .most = 1},
-                            {.name = "--spheres", .count = &o->spheres, .most = 1},
+                            {.name = "--without", .count = &without, .most = THE_MESH + THE_METAL + THE_DISC},
+                            {.name = "--material", .count = &everywhere, .most = MATERIALS - OBJECTS},
+                            {.name = "--coarse", .count = &o->coarse, .most = 1},
                             {.name = "--reference", .count = &o->reference, .least = 1, .most = 65536},
                             {.name = "--repeats", .count = &o->repeats, .least = 1, .most = 65536}};
     return options_parse(known, sizeof known / sizeof known[0], HELP, count, arguments);
@@ -122,8 +126,8 @@ static void add_error(Result *result, const Options *o, const Vec3 *image, Vec3 
         double y = luminance(image[i]), a = luminance(reference[0][i]), b = luminance(reference[1][i]);
         Hit hit;
         score_add_sample(&result->score, y, a, b, mean, share / (double)pixels);
-        if (scene_trace(EYE, view(o, (uint32_t)i, 0.5f, 0.5f), &hit) && hit.material == METAL) {
-            score_add_sample(&result->metal, y, a, b, mean, share / (double)pixels);
+        if (scene_trace(EYE, view(o, (uint32_t)i, 0.5f, 0.5f), &hit)) {
+            score_add_sample(&result->seen[hit.object], y, a, b, mean, share / (double)pixels);
         }
         result->mean += mean > 0 ? y / mean * share / (double)pixels : 0;
     }
@@ -165,7 +169,7 @@ int main(int argc, char **argv) {
         complain("pathtracer", fault);
         return EXIT_FAILURE;
     }
-    scene_init(o.spheres != 0);
+    scene_init(o.coarse != 0);
     for (int k = 0; k < 2; k++) {
         check(environment_build(&environments[k], &t.light, k == 0 ? 0 : WIS_ENVIRONMENT_COMPENSATED, 1));
         lights[k] = environments[k].handle;
@@ -193,10 +197,10 @@ int main(int argc, char **argv) {
     t.stratified = o.stratified != 0;
     printf("%s, %u x %u, %u rays at a hit, %s\n", o.map != NULL ? o.map : "the built-in sky", o.width, o.height, o.rays,
            t.stratified ? "(0,2)-sequence" : "random numbers");
-    printf("                                                                      efficiency over %s, share of metal\n", methods[0].name);
-    puts("samples method             seconds    mean          MSE relative MSE  absolute  relative     metal");
+    printf("                                                                      efficiency over %s, share of disc and mesh\n", methods[0].name);
+    puts("samples method             seconds    mean          MSE relative MSE  absolute  relative      disc      mesh");
     for (uint32_t spp = o.least; spp <= o.most; spp *= 4) {
-        Result first = {0, 0, {0, 0}, {0, 0}}, results[COUNT] = {{0, 0, {0, 0}, {0, 0}}};
+        Result first, results[COUNT] = {{0, 0, {0, 0}, {{0, 0}}}};
         uint32_t repeats = o.repeats * o.most / spp;
         progress = (Progress){0, repeats * count * o.height};
         /* Methods in turns: what disturbs the machine disturbs all. */
@@ -209,9 +213,13 @@ int main(int argc, char **argv) {
         first = results[0];
         for (size_t m = 0; m < count; m++) {
             Result r = results[m];
-            printf("%7u %-16s %9.6f %7.4f %12.4e %12.4e %9.2f %9.2f %9.2f\n", spp, methods[m].name, r.seconds, r.mean, r.score.absolute,
+            printf("%7u %-16s %9.6f %7.4f %12.4e %12.4e %9.2f %9.2f", spp, methods[m].name, r.seconds, r.mean, r.score.absolute,
                    r.score.relative, efficiency(first.score.absolute, first.seconds, r.score.absolute, r.seconds),
-                   efficiency(first.score.relative, first.seconds, r.score.relative, r.seconds), r.score.relative > 0.0 ? r.metal.relative / r.score.relative : 0.0);
+                   efficiency(first.score.relative, first.seconds, r.score.relative, r.seconds));
+            for (int object = 0; object < 2; object++) {
+                printf(" %9.5f", r.score.relative > 0 ? r.seen[object].relative / r.score.relative : 0);
+            }
+            puts("");
         }
         fflush(stdout);
     }

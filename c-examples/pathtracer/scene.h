@@ -9,12 +9,13 @@
 
 #include "../render/material.h"
 
-enum { ALONG = 1200, AROUND = 48, TRIANGLES = 2 * ALONG * AROUND, METAL = 3, MATERIALS = 5 };
+enum { TRIANGLES = 2 * 1200 * 48, OBJECTS = 5, MATERIALS = OBJECTS + 4 };
+enum { THE_MESH = 1, THE_METAL = 2, THE_DISC = 4 }; /* what a scene may be without, as a sum */
 
 typedef struct Hit {
     float distance;
     Vec3 position, normal; /* the normal on the side where the ray comes from */
-    int material;
+    int object, material;
 } Hit;
 
 static const Material materials[MATERIALS] = {
@@ -22,8 +23,13 @@ static const Material materials[MATERIALS] = {
     {"the knot", 2, {{WIS_LOBE_LAMBERT, {0.25f, 0.4f, 0.2f}, {0}, 0}, {WIS_LOBE_GGX, {1, 1, 1}, {0.05f, 0.05f, 0.05f}, 0.3f}}},
     {"varnish", 2, {{WIS_LOBE_LAMBERT, {0.6f, 0.25f, 0.15f}, {0}, 0}, {WIS_LOBE_GGX, {1, 1, 1}, {0.04f, 0.04f, 0.04f}, 0.15f}}},
     {"metal", 1, {{WIS_LOBE_GGX, {1, 1, 1}, {0.95f, 0.75f, 0.45f}, 0.05f}}},
-    {"clay", 1, {{WIS_LOBE_LAMBERT, {0.14f, 0.28f, 0.42f}, {0}, 0}}}};
-static const float patterns[MATERIALS] = {9, 20, 15, 0, 0}; /* their frequencies in the diffuse albedo; 0: none */
+    {"clay", 1, {{WIS_LOBE_LAMBERT, {0.14f, 0.28f, 0.42f}, {0}, 0}}},
+    /* One of these may take the place of all. */
+    {"Lambert", 1, {{WIS_LOBE_LAMBERT, {0.5f, 0.5f, 0.5f}, {0}, 0}}},
+    {"GGX 0.2", 1, {{WIS_LOBE_GGX, {1, 1, 1}, {0.9f, 0.9f, 0.9f}, 0.2f}}},
+    {"GGX 0.05", 1, {{WIS_LOBE_GGX, {1, 1, 1}, {0.9f, 0.9f, 0.9f}, 0.05f}}},
+    {"pattern", 1, {{WIS_LOBE_LAMBERT, {0.5f, 0.5f, 0.5f}, {0}, 0}}}};
+static const float patterns[MATERIALS] = {9, 20, 15, 0, 0, 0, 0, 0, 20}; /* their frequencies in the diffuse albedo; 0: none */
 static wis_material shapes[MATERIALS];                       /* the lobes as wis knows them */
 static const struct { Vec3 centre; float radius; } spheres[3] = {
     {{-1.25f, 0.6f, 0.2f}, 0.6f}, {{1.25f, 0.6f, 0.1f}, 0.6f}, {{0.5f, 0.3f, 1.2f}, 0.3f}};
@@ -38,7 +44,8 @@ static void check(wis_status status) {
 /* Triangles in the order of the tube, halved again and again, are a tree of boxes: node n has the children 2n + 1 and 2n + 2. */
 static struct Vertex { Vec3 position, normal; } triangles[TRIANGLES][3];
 static Vec3 boxes[TRIANGLES][2];
-static int triangle_count;
+static int triangle_count, along = 1200, around = 48; /* triangles, and how the tube is cut */
+static unsigned without, everywhere;                   /* objects that are not there; the material of all objects, from 1 on */
 
 /* A tube along a trefoil. */
 static Vec3 knot(float s, float t) {
@@ -46,8 +53,8 @@ static Vec3 knot(float s, float t) {
     return vec3_scale(vec3_make(r * cosf(s), r * sinf(s) + 3.45f, sinf(1.5f * s) + 0.45f * sinf(t)), 0.24f);
 }
 
-static struct Vertex knot_vertex(int along, int around) {
-    float s = 4 * PI * (float)along / ALONG, t = 2 * PI * (float)around / AROUND, step = 0.005f;
+static struct Vertex knot_vertex(int i, int j) {
+    float s = 4 * PI * (float)i / (float)along, t = 2 * PI * (float)j / (float)around, step = 0.005f;
     Vec3 ds = vec3_sub(knot(s + step, t), knot(s - step, t)), dt = vec3_sub(knot(s, t + step), knot(s, t - step));
     return (struct Vertex){knot(s, t), vec3_normalise(vec3_cross(ds, dt))};
 }
@@ -55,7 +62,7 @@ static struct Vertex knot_vertex(int along, int around) {
 static void scene_build(int node, int first, int count) {
     Vec3 low = {FLT_MAX, FLT_MAX, FLT_MAX}, high = {-FLT_MAX, -FLT_MAX, -FLT_MAX};
     for (int i = first; i < first + count; i++) {
-        int s = i / 2 / AROUND, t = i / 2 % AROUND;
+        int s = i / 2 / around, t = i / 2 % around;
         if (node == 0) {
             triangles[i][0] = knot_vertex(s, t);
             triangles[i][1] = knot_vertex(s + 1, t + i % 2);
@@ -74,20 +81,22 @@ static void scene_build(int node, int first, int count) {
     }
 }
 
-static void scene_init(bool only_spheres) {
+static void scene_init(bool is_coarse) {
     for (int i = 0; i < MATERIALS; i++) {
         check(material_shape(&materials[i], &shapes[i]));
     }
-    triangle_count = only_spheres ? 0 : TRIANGLES;
+    along = is_coarse ? 60 : along;
+    around = is_coarse ? 8 : around;
+    triangle_count = without & THE_MESH ? 0 : 2 * along * around;
     scene_build(0, 0, triangle_count);
 }
 
 /* Keeps a hit that is nearer than the one before. */
-static void offer(Hit *hit, float distance, Vec3 normal, int material) {
+static void offer(Hit *hit, float distance, Vec3 normal, int object) {
     if (distance > 1e-3f && distance < hit->distance) {
         hit->distance = distance;
         hit->normal = normal;
-        hit->material = material;
+        hit->object = object;
     }
 }
 
@@ -120,10 +129,13 @@ static void hit_node(int node, int first, int count, Vec3 o, Vec3 inverse, Vec3 
 /* The nearest hit along a ray; false if there is none. */
 static bool scene_trace(Vec3 o, Vec3 d, Hit *hit) {
     hit->distance = FLT_MAX;
-    if (hypotf(o.x - d.x * o.y / d.y, o.z - d.z * o.y / d.y) < 3) {
+    if (!(without & THE_DISC) && hypotf(o.x - d.x * o.y / d.y, o.z - d.z * o.y / d.y) < 3) {
         offer(hit, -o.y / d.y, vec3_make(0, 1, 0), 0);
     }
     for (int i = 0; i < 3; i++) {
+        if (i == 1 && without & THE_METAL) {
+            continue;
+        }
         Vec3 to = vec3_sub(spheres[i].centre, o);
         float along = vec3_dot(to, d), r = spheres[i].radius, square = along * along - vec3_dot(to, to) + r * r;
         for (int side = -1; square > 0 && side <= 1; side += 2) {
@@ -135,6 +147,7 @@ static bool scene_trace(Vec3 o, Vec3 d, Hit *hit) {
     hit->position = vec3_axpy(o, hit->distance, d);
     hit->normal = vec3_normalise(hit->normal);
     hit->normal = vec3_dot(hit->normal, d) > 0 ? vec3_scale(hit->normal, -1) : hit->normal;
+    hit->material = everywhere > 0 ? OBJECTS + (int)everywhere - 1 : hit->object;
     return hit->distance < FLT_MAX;
 }
 

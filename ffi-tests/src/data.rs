@@ -39,6 +39,15 @@ pub fn light(name: &str) -> Result<Light> {
     file("envmaps", name).map_or_else(|| Ok(Light::room(512)), |path| Light::load(&path))
 }
 
+/// The red, green and blue of a map, or the project's room three times.
+///
+/// # Errors
+/// A map that cannot be read.
+pub fn colours(name: &str) -> Result<[Light; 3]> {
+    let room = || Ok([0; 3].map(|_| Light::room(512)));
+    file("envmaps", name).map_or_else(room, |path| Light::load_channels(&path))
+}
+
 /// Those of the maps that are there, looked up bilinearly.
 ///
 /// # Errors

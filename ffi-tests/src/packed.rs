@@ -3,6 +3,11 @@
 use crate::client::{self, Tree, raw};
 use std::ptr::null_mut;
 
+/// The sum of the squares of the orthonormal coefficients of a square: value space weighted by area.
+pub fn energy(w: &raw::wis_wavelets) -> f64 {
+    w.detail.iter().map(|d| f64::from(*d).powi(2)).sum::<f64>() * 0.25f64.powi(w.level as i32)
+}
+
 /// The average of a function on the square, and some of its wavelets.
 pub struct Packed(Vec<u8>);
 
@@ -47,6 +52,21 @@ impl Packed {
         })?;
         list.truncate(count as usize);
         Ok(average)
+    }
+
+    /// The energy of a list, in order, that is not given back.
+    ///
+    /// # Errors
+    /// Those of the library.
+    pub fn lost(&self, list: &[raw::wis_wavelets]) -> client::Result<f64> {
+        let mut back = Vec::new();
+        self.unpack(&mut back)?;
+        let mut kept = back.iter().peekable();
+        let off = |w: &raw::wis_wavelets| {
+            let there = kept.next_if(|b| (b.position, b.level) == (w.position, w.level)).map_or([0.0; 3], |b| b.detail);
+            energy(&raw::wis_wavelets { detail: std::array::from_fn(|k| w.detail[k] - there[k]), ..*w })
+        };
+        Ok(list.iter().map(off).sum())
     }
 
     /// The tree, ready to multiply and to sample.

@@ -14,6 +14,8 @@ pub struct Paper {
     instrument: &'static str,
     /// The sources that it is made from.
     made_from: String,
+    /// Title, introduction and what stands below each heading.
+    prose: &'static str,
     /// The folder of the pictures.
     pub pictures: PathBuf,
     /// The sections.
@@ -26,11 +28,11 @@ impl Paper {
     ///
     /// # Errors
     /// There is no argument, or the folder cannot be made.
-    pub fn from_arguments(instrument: &'static str) -> Result<Paper> {
+    pub fn from_arguments(instrument: &'static str, prose: &'static str) -> Result<Paper> {
         let file = PathBuf::from(std::env::args().nth(1).context("which page is to be written?")?);
         let (pictures, made_from) = (file.with_extension(""), page::made_from(instrument)?);
         std::fs::create_dir_all(&pictures)?;
-        Ok(Paper { file, instrument, made_from, pictures, text: String::new(), claims: Claims::default() })
+        Ok(Paper { file, instrument, made_from, prose, pictures, text: String::new(), claims: Claims::default() })
     }
 
     /// Writes a section, or takes it from the cache if the same sources wrote it to this page before: a run that was stopped
@@ -70,6 +72,18 @@ impl Paper {
         std::env::args().len() < 3 || std::env::args().skip(2).any(|name| name == section)
     }
 
+    /// A heading of the prose, and what stands below it there.
+    ///
+    /// # Errors
+    /// The prose has no such heading.
+    pub fn heading(&mut self, heading: &str) -> Result<()> {
+        let whole = format!("# {heading}\n");
+        let (before, behind) = self.prose.split_once(&whole).with_context(|| format!("no heading {heading}"))?;
+        let marks = &before[before.trim_end_matches('#').len()..];
+        self.text += &format!("\n{marks}{whole}{}\n", behind.split("\n#").next().unwrap_or_default());
+        Ok(())
+    }
+
     /// Saves a picture and shows it.
     ///
     /// # Errors
@@ -86,13 +100,14 @@ impl Paper {
         format!("{folder}/{file}")
     }
 
-    /// Writes the page: title and introduction, in which {commit} is replaced, the claims, the sections. Removes pictures that
+    /// Writes the page: title and introduction of the prose, in which {commit} is replaced, the claims, the sections. Removes pictures that
     /// it does not show.
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn write(self, title: &str, introduction: &str) -> Result<()> {
-        let mut text = format!("# {title}\n\n{}\n", introduction.replace("{commit}", &page::commit()));
+    pub fn write(self) -> Result<()> {
+        let introduction = self.prose.split("\n##").next().unwrap_or_default();
+        let mut text = introduction.replace("{commit}", &page::commit()) + "\n";
         self.claims.write(&mut text)?;
         text += &self.text;
         writeln!(text, "\n<!-- {} -->", self.made_from)?;
@@ -105,6 +120,21 @@ impl Paper {
         print!("{text}");
         Ok(std::fs::write(self.file, text)?)
     }
+}
+
+/// The heads of a table, of which so many are of words.
+///
+/// # Errors
+/// None: writing to a string does not fail.
+pub fn columns(out: &mut String, words: usize, heads: &str) -> Result<()> {
+    let rule = |i: usize| if i < words { "---|" } else { "---:|" };
+    let rules: String = (0..heads.split(" | ").count()).map(rule).collect();
+    Ok(writeln!(out, "| {heads} |\n|{rules}")?)
+}
+
+/// The least and the largest of some positive numbers; what is none does not count.
+pub fn range(values: impl IntoIterator<Item = f64>) -> [f64; 2] {
+    values.into_iter().fold([f64::INFINITY, 0.0], |[least, most], x| [x.min(least), x.max(most)])
 }
 
 /// Where sections are kept.
@@ -173,8 +203,14 @@ impl From<bool> for Verdict {
 const UNKNOWN: &str = "not examined";
 
 impl Claims {
-    /// Adds a claim: its words, what the paper says, what was measured, whether it holds, and why if it does not.
-    pub fn add(&mut self, claim: &str, paper: &str, here: String, verdict: impl Into<Verdict>, cause: &str) {
+    /// Adds a claim whose cause no experiment shows.
+    pub fn holds(&mut self, claim: &str, here: String, verdict: impl Into<Verdict>) {
+        self.add(claim, here, verdict, "");
+    }
+
+    /// Adds a claim: "its words | what the paper says", what was measured, whether it holds, and why if it does not.
+    pub fn add(&mut self, claim: &str, here: String, verdict: impl Into<Verdict>, cause: &str) {
+        let (claim, paper) = claim.split_once(" | ").unwrap_or((claim, ""));
         let cause = if cause.is_empty() { UNKNOWN } else { cause };
         let [claim, paper, cause] = [claim, paper, cause].map(String::from);
         self.0.push(Claim { claim, paper, here, verdict: verdict.into(), cause });
@@ -210,10 +246,10 @@ mod tests {
     #[test]
     fn verdicts_are_those_that_were_measured() {
         let (mut claims, mut out) = (Claims::default(), String::new());
-        claims.add("a", "1", "2".into(), true, "c");
-        claims.add("b", "3", "4".into(), false, "d");
-        claims.add("e", "5", "6".into(), Verdict::Untested, "");
-        claims.add("g", "7", "8".into(), Verdict::Refuted.unless(true), "");
+        claims.add("a | 1", "2".into(), true, "c");
+        claims.add("b | 3", "4".into(), false, "d");
+        claims.add("e | 5", "6".into(), Verdict::Untested, "");
+        claims.add("g | 7", "8".into(), Verdict::Refuted.unless(true), "");
         claims.write(&mut out).unwrap();
         assert!(out.starts_with("2 of the paper's 4 claims hold."));
         assert!(out.contains("| b | 3 | 4 | **does not hold** | d |") && out.contains("| a | 1 | 2 | holds |"));

@@ -90,7 +90,10 @@ impl Rotations {
     }
 
     /// BRDF x cosine over the square of a frame.
-    fn slice(&self, frame: &[f32; 9], values: &mut impl FnMut(&[[f32; 3]], &mut [f32])) -> client::Result<Tree> {
+    ///
+    /// # Errors
+    /// Those of the library.
+    pub fn slice(&self, frame: &[f32; 9], values: &mut impl FnMut(&[[f32; 3]], &mut [f32])) -> client::Result<Tree> {
         let world_from_tree = Mat3::from_cols_array(frame).transpose();
         let side = 1usize << self.depth;
         let row = side * PLACES as usize;

@@ -32,6 +32,13 @@ pub struct ShadingPoint {
     pub wo: Vec3,
 }
 
+impl ShadingPoint {
+    /// The view reflected about the normal.
+    pub fn reflected(&self) -> Vec3 {
+        (2.0 * self.normal.dot(self.wo) * self.normal - self.wo).normalize()
+    }
+}
+
 /// A tracer and the shading points to estimate.
 pub struct Scene {
     pub name: String,

@@ -12,6 +12,7 @@ use crate::reference::Reference;
 use crate::scene::{Scene, ShadingPoint};
 use crate::setting::{Lit, Setting};
 pub use crate::stratified::Source;
+use crate::threads::on_threads;
 use anyhow::Result;
 use glam::Vec3;
 use std::f32::consts::TAU;
@@ -246,6 +247,9 @@ pub enum How<'a> {
     /// The lights that may add as much as a share of the level, and of the rest systematic picks along the sphere in proportion to what
     /// each may add, at steps of that much. The level is a radiance, or what could arrive at the point.
     Picked(&'a Lights, f32, Option<f64>),
+    /// The same, where what is seen of the traced light before it along the sphere stands for each of the rest, and picks estimate the
+    /// difference: a control variate.
+    Controlled(&'a Lights, f32, Option<f64>),
     /// All lights, each seen from a random place of its stratum.
     Jittered(&'a Lights, &'a Jitter),
     /// All lights, whose BRDF is the mean over so many places of the stratum.
@@ -307,6 +311,24 @@ pub fn picture(scene: &Scene, material: &Material, how: &How, frame: u32) -> cli
     Ok(Picture { values, rays: shader.rays as f64 / points, us: (processor::seconds() - start) * 1e6 / points })
 }
 
+/// Microseconds of a point for the steps before any ray: what each light may add, and the order of that.
+///
+/// # Errors
+/// Those of the library.
+pub fn steps(scene: &Scene, material: &Material, lights: &Lights) -> client::Result<[f64; 2]> {
+    let (mut shader, mut seconds) = (Shader::default(), [0.0; 2]);
+    shader.index.resize(lights.count, 0);
+    for point in &scene.points {
+        let start = processor::seconds();
+        lights.contributions(&Bsdf::new(material, point), &mut shader.contributions);
+        let middle = processor::seconds();
+        client::order(&shader.contributions, 0.0, &mut shader.index)?;
+        let times = [middle - start, processor::seconds() - middle];
+        seconds.iter_mut().zip(times).for_each(|(sum, time)| *sum += time);
+    }
+    Ok(seconds.map(|seconds| seconds * 1e6 / scene.points.len() as f64))
+}
+
 /// Lights all points of a scene in the colours of the light, on two threads: luminance, and red, green and blue. Lights
 /// need tints.
 ///
@@ -320,21 +342,12 @@ pub fn coloured(
     material: &Material,
     how: &How,
     colours: &[Light; 3],
-) -> client::Result<(Vec<f64>, Vec<[f32; 3]>)> {
-    let shade = |points: &[ShadingPoint]| {
+) -> Result<(Vec<f64>, Vec<[f32; 3]>)> {
+    let all = on_threads(&scene.points, |point| {
         let mut shader = Shader::coloured(colours);
-        let each = |point: &ShadingPoint| {
-            let value = shader.estimate(scene, point, &Bsdf::new(material, point), how, 0)?;
-            Ok((value, shader.rgb.map(|c| c as f32)))
-        };
-        points.iter().map(each).collect::<client::Result<Vec<_>>>()
-    };
-    let (first, second) = scene.points.split_at(scene.points.len() / 2);
-    let [mut all, rest] = std::thread::scope(|threads| {
-        let other = threads.spawn(|| shade(second));
-        Ok::<_, client::Failure>([shade(first)?, other.join().expect("a thread that does not panic")?])
+        let value = shader.estimate(scene, point, &Bsdf::new(material, point), how, 0)?;
+        Ok((value, shader.rgb.map(|c| c as f32)))
     })?;
-    all.extend(rest);
     Ok(all.into_iter().unzip())
 }
 
@@ -372,7 +385,10 @@ impl Shader<'_> {
                 self.traced(scene, point, lights, |i| Ok(lights.each[i]))?;
             }
             How::Sorted(lights, threshold, few) => self.sorted(scene, point, bsdf, (lights, threshold, few), seed)?,
-            How::Picked(lights, share, level) => self.picked(scene, point, bsdf, (lights, share, level), seed),
+            How::Picked(lights, share, level) => self.picked(scene, point, bsdf, (lights, share, level), false, seed),
+            How::Controlled(lights, share, level) => {
+                self.picked(scene, point, bsdf, (lights, share, level), true, seed);
+            }
             How::Spread(lights, jitter, places) => {
                 self.contributions.clear();
                 self.draw(seed, places);
@@ -505,6 +521,7 @@ impl Shader<'_> {
         point: &ShadingPoint,
         bsdf: &Bsdf,
         (lights, share, level): (&Lights, f32, Option<f64>),
+        control: bool,
         seed: u32,
     ) {
         lights.contributions(bsdf, &mut self.contributions);
@@ -512,23 +529,28 @@ impl Shader<'_> {
         let step = f64::from(share) * level;
         self.draw(seed, 1);
         let mut next = f64::from(self.u[0][0]) * step;
-        let add = |shader: &mut Self, light: usize, value: f64| {
+        let seen = |shader: &mut Self, light: usize| {
             shader.rays += 1;
-            if scene.visible(point, lights.each[light]) {
-                shader.add(value, |_| lights.tints[light]);
-            }
+            f64::from(u8::from(scene.visible(point, lights.each[light])))
         };
+        let mut before = 0.0;
         for &light in &lights.along {
             let light = light as usize;
             let contribution = f64::from(self.contributions[light]);
+            let mut value = before * contribution;
             if contribution >= step && contribution > 0.0 {
-                add(self, light, contribution);
+                let share = seen(self, light);
+                value = share * contribution;
+                before = if control { share } else { 0.0 };
             } else {
                 next -= contribution;
                 if next < 0.0 {
                     next += step;
-                    add(self, light, step);
+                    value += (seen(self, light) - before) * step;
                 }
+            }
+            if value != 0.0 {
+                self.add(value, |_| lights.tints[light]);
             }
         }
     }

@@ -8,9 +8,9 @@ use std::fmt::Write;
 use wis_ffi_tests::client::raw;
 use wis_ffi_tests::data;
 use wis_ffi_tests::material::Material;
-use wis_ffi_tests::paper::{Paper, VISIBLE, Verdict};
+use wis_ffi_tests::paper::{Paper, VISIBLE, Verdict, columns};
 use wis_ffi_tests::scene::{Scene, ShadingPoint, Stage, View};
-use wis_ffi_tests::structured::{How, Raster, Source, truth};
+use wis_ffi_tests::structured::{How, Raster, Source, steps, truth};
 
 static PHONG: Phong = Phong { exponent: 50 };
 /// Columns and rows of pixels from one measured point to the next.
@@ -56,7 +56,7 @@ fn share_in_the_lobe(map: &Map, scene: &Scene) -> f64 {
 
 /// Writes the section.
 pub fn write(page: &mut Paper, map: &Map) -> Result<()> {
-    writeln!(page.text, "\n## A glossy buddha in Grace cathedral (Figs. 1 and 6)\n\n{TEXT}")?;
+    page.heading("A glossy buddha in Grace cathedral (Figs. 1 and 6)")?;
     let material = Material::called_back(&PHONG);
     let scene = alone()?;
     let none = vec![0.0; scene.points.len()];
@@ -64,34 +64,37 @@ pub fn write(page: &mut Paper, map: &Map) -> Result<()> {
     let thinned = truth(&thin, &map.light, &material)?;
     let level = Some(thinned.iter().sum::<f64>() / thinned.len() as f64);
     let raster = Raster::new(&map.light);
-    let lights = [1, 10, 100, 300, 1000].map(|count| strata_lights(map, count));
-    let [l1, l10, l100, l300, l1000] = lights;
-    let (l1, l10, l100, l300, l1000) = (l1?, l10?, l100?, l300?, l1000?);
-    let mut rows = vec![
-        ("stratified importance, 1", How::Importance(&raster, 1)),
-        ("stratified importance, 10", How::Importance(&raster, 10)),
-        ("stratified importance, 100", How::Importance(&raster, 100)),
-        ("stratified importance, 300", How::Importance(&raster, 300)),
-        ("stratified importance, 1000", How::Importance(&raster, 1000)),
-        ("stratified importance, 3000", How::Importance(&raster, 3000)),
-        ("BRDF, 300", How::Brdf(&map.light, 300)),
-        ("BRDF, 1000", How::Brdf(&map.light, 1000)),
-        ("MIS of both, 30", How::Mis(&raster, 30)),
-        ("MIS of both, 100", How::Mis(&raster, 100)),
-        ("MIS of both, 300", How::Mis(&raster, 300)),
-        ("MIS of both, 1000", How::Mis(&raster, 1000)),
-        ("structured, 1", How::Lights(&l1)),
-        ("structured, 10", How::Lights(&l10)),
-        ("structured, 100", How::Lights(&l100)),
-        ("structured, 300", How::Lights(&l300)),
-        ("structured, 1000", How::Lights(&l1000)),
-    ];
+    let lights =
+        [1, 10, 100, 300, 1000].into_iter().map(|count| strata_lights(map, count)).collect::<Result<Vec<_>>>()?;
+    let l300 = &lights[3];
+    let importance = [1, 10, 100, 300, 1000, 3000];
+    let name = |n: usize| format!("stratified importance, {n}");
+    let mut rows = Vec::from(importance.map(|n| (name(n), How::Importance(&raster, n))));
+    rows.extend([300, 1000].map(|n| (format!("BRDF, {n}"), How::Brdf(&map.light, n))));
+    rows.extend([30, 100, 300, 1000].map(|n| (format!("MIS of both, {n}"), How::Mis(&raster, n))));
+    let strata = lights.iter().map(|lights| (format!("structured, {}", lights.count), How::Lights(lights)));
+    rows.extend(strata);
     let source = Source::new(&map.light);
     let jitter = source.jitter(&source.strata(300)?, raw::WIS_JITTER_ENERGY)?;
-    rows.push(("structured, 300, the BRDF's mean over 16 places", How::Spread(&l300, &jitter, PLACES)));
-    let names = STEPS.map(|step| format!("structured, 300, picked at {step}"));
-    rows.extend(names.iter().zip(STEPS).map(|(name, step)| (name.as_str(), How::Picked(&l300, step, level))));
+    rows.push(("structured, 300, the BRDF's mean over 16 places".into(), How::Spread(l300, &jitter, PLACES)));
+    rows.extend(STEPS.map(|step| (format!("structured, 300, picked at {step}"), How::Picked(l300, step, level))));
+    let name = |step: f32| format!("the same at {step}, with a control variate");
+    rows.extend(STEPS.map(|step| (name(step), How::Controlled(l300, step, level))));
     let m = table(page, &thin, &material, &thinned, &rows)?;
+    let [evaluate, order] = steps(&thin, &material, l300)?;
+    let picked = &m[FIRST + 1];
+    writeln!(page.text)?;
+    columns(&mut page.text, 1, "step, 300 lights | us a point")?;
+    writeln!(
+        page.text,
+        "| what each may add | {evaluate:.2} |\n| their order, which picks do without | {order:.2} |\n\
+         | {:.0} rays to all lights above the horizon | {:.2} |\n| picks at {} and their {:.0} rays | {:.2} |",
+        m[15].rays,
+        m[15].us - evaluate,
+        STEPS[1],
+        picked.rays,
+        picked.us - evaluate
+    )?;
     claims(page, &m, share_in_the_lobe(map, &thin));
     Ok(())
 }
@@ -104,8 +107,7 @@ fn cause(is_shown: bool, words: String) -> String {
 fn claims(page: &mut Paper, m: &[Measured], in_the_lobe: f64) {
     let error = |i: usize| m[i].error;
     page.claims.add(
-        "a glossy buddha takes ten times fewer samples (Figs. 1 and 6)",
-        "300 lights against 3000 samples",
+        "a glossy buddha takes ten times fewer samples (Figs. 1 and 6) | 300 lights against 3000 samples",
         format!(
             "error {:.3} with 300 lights; importance sampling {:.3} with 300, {:.3} with 1000, {:.3} with 3000",
             error(15),
@@ -122,8 +124,7 @@ fn claims(page: &mut Paper, m: &[Measured], in_the_lobe: f64) {
         ),
     );
     page.claims.add(
-        "sampling the BRDF is worse than sampling the map",
-        "\"even more noisy\" with 1000 samples",
+        "sampling the BRDF is worse than sampling the map | \"even more noisy\" with 1000 samples",
         format!("BRDF {:.3}, map {:.3}", error(7), error(4)),
         Verdict::Refuted.unless(error(7) > error(4)),
         &cause(
@@ -142,8 +143,7 @@ fn mis(page: &mut Paper, m: &[Measured]) {
     let error = |i: usize| m[i].error;
     let at = |i: usize| m[i].us * MEGAPIXELS;
     page.claims.add(
-        "MIS of map and BRDF cannot be better than structured sampling",
-        "\"cannot perform better\", not measured",
+        "MIS of map and BRDF cannot be better than structured sampling | \"cannot perform better\", not measured",
         format!(
             "300 samples: MIS {:.3}, structured {:.3}; at 1000 {:.3} and {:.3}; {:.1} s and {:.1} s with 300",
             error(10),
@@ -166,17 +166,19 @@ fn mis(page: &mut Paper, m: &[Measured]) {
 
 fn sorting(page: &mut Paper, m: &[Measured]) {
     let at = |i: usize| m[i].us * MEGAPIXELS;
-    let rows = FIRST..FIRST + STEPS.len();
+    // Picks, then those with a control variate.
+    let rows = FIRST..FIRST + 2 * STEPS.len();
     let alike = |i: &usize| m[*i].displayed <= m[15].displayed + VISIBLE;
     let equal = |i: &usize| m[*i].error <= EQUAL * m[15].error;
     let fewest = |is: &dyn Fn(&usize) -> bool| {
         let enough = rows.clone().filter(is).map(|i| m[i].rays).fold(m[15].rays, f64::min);
         format!("{enough:.1}")
     };
-    let paired = rows.clone().find(|&i| m[i].rays <= RAYS).unwrap_or(rows.end - 1);
+    let few = rows.clone().filter(|&i| m[i].rays <= RAYS);
+    let paired = few.min_by(|&a, &b| m[a].displayed.total_cmp(&m[b].displayed)).unwrap_or(rows.end - 1);
+    let gains = rows.clone().take(STEPS.len()).map(|i| (m[i].displayed - m[i + STEPS.len()].displayed).abs());
     page.claims.add(
-        "sorting needs 4.7 rays a point in place of 300 at the same quality",
-        "4.7 of 300",
+        "sorting needs 4.7 rays a point in place of 300 at the same quality | 4.7 of 300",
         format!(
             "{:.1} rays: displayed difference {:.1} % of white in place of {:.1} % with {:.0} rays (error {:.3} in place of {:.3})",
             m[paired].rays,
@@ -187,12 +189,17 @@ fn sorting(page: &mut Paper, m: &[Measured]) {
             m[15].error
         ),
         Verdict::Refuted.unless(m[paired].rays <= RAYS && alike(&paired)),
-        &format!("fewer rays are noise: the same error takes {}, the same picture {} rays", fewest(&equal), fewest(&alike)),
+        &format!(
+            "fewer rays are noise: the same error takes {}, the same picture {} rays; a control variate changes the displayed difference by at \
+             most {:.1} % of white",
+            fewest(&equal),
+            fewest(&alike),
+            100.0 * gains.fold(0.0, f64::max)
+        ),
     );
-    let best = rows.clone().filter(alike).min_by(|&a, &b| m[a].us.total_cmp(&m[b].us));
+    let best = rows.filter(alike).min_by(|&a, &b| m[a].us.total_cmp(&m[b].us));
     page.claims.add(
-        "sorting makes the buddha several times as fast",
-        "55 s, sorted 12 s; importance sampling 83 s",
+        "sorting makes the buddha several times as fast | 55 s, sorted 12 s; importance sampling 83 s",
         format!(
             "{:.1} s; picked at the same quality {}; importance sampling {:.1} s",
             at(15),
@@ -203,9 +210,3 @@ fn sorting(page: &mut Paper, m: &[Measured]) {
         "to evaluate 300 lights takes as long as the rays that are saved",
     );
 }
-
-const TEXT: &str = "The paper's material: grey Phong of exponent 50, (n + 2) / (2 pi) cos^n. Errors are of the buddha alone, close up. *MIS*: half of
-the samples of the map, stratified, half of the BRDF; balance heuristic. *Picked at 0.1*: what a light may add is what it adds to a point that
-sees it. Lights that may add a tenth of the picture's mean are traced: the contrast that the eye is adapted to. The others are picked
-systematically along a curve over the sphere, and each pick stands for that tenth.
-";

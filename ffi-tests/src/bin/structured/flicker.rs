@@ -8,7 +8,7 @@ use wis_ffi_tests::client::raw;
 use wis_ffi_tests::data;
 use wis_ffi_tests::light::Light;
 use wis_ffi_tests::material::Material;
-use wis_ffi_tests::paper::Paper;
+use wis_ffi_tests::paper::{Paper, columns};
 use wis_ffi_tests::scene::{Scene, View};
 use wis_ffi_tests::structured::{How, Lights, Raster, Source, picture};
 
@@ -26,8 +26,8 @@ pub fn write(page: &mut Paper, light: &Light) -> Result<()> {
     let strata = [source.strata(100)?, source.strata(300)?];
     let [l100, l300] = strata.each_ref().map(Lights::of);
     let energy = source.jitter(&strata[0], raw::WIS_JITTER_ENERGY)?;
-    writeln!(page.text, "\n## Flicker when the object turns (Section 4)\n\n{TEXT}")?;
-    writeln!(page.text, "| method | flicker |\n|---|---:|")?;
+    page.heading("Flicker when the object turns (Section 4)")?;
+    columns(&mut page.text, 1, "method | flicker")?;
     let rows = [
         ("structured, 100", How::Lights(&l100)),
         ("structured, 300", How::Lights(&l300)),
@@ -43,20 +43,13 @@ pub fn write(page: &mut Paper, light: &Light) -> Result<()> {
         flicker.push(second_difference(&frames));
         writeln!(page.text, "| {name} | {:.4} |", flicker[flicker.len() - 1])?;
     }
-    page.claims.add(
-        "lights do not flicker when objects turn (Section 4)",
-        "deterministic",
+    page.claims.holds(
+        "lights do not flicker when objects turn (Section 4) | deterministic",
         format!("{:.4} with 300 lights, {:.4} with 300 importance samples", flicker[1], flicker[3]),
         flicker[1] * 4.0 <= flicker[3],
-        "",
     );
     Ok(())
 }
-
-const TEXT: &str = "The teapot turns by 0.02 radians a frame. Flicker is the second difference in time over the ground's pixels: its root
-mean square, divided by sqrt 6 and by the mean. If noise is all there is, that is the noise of a frame. Random numbers change
-from frame to frame.
-";
 
 /// The pixels of a picture that show the ground.
 fn on_the_ground(scene: &Scene, values: &[f64]) -> HashMap<[u32; 2], f64> {

@@ -12,13 +12,12 @@ mod teapot;
 use anyhow::Result;
 use glam::Vec3;
 use std::fmt::Write;
-use std::path::Path;
 use wis_ffi_tests::client::raw;
 use wis_ffi_tests::data;
 use wis_ffi_tests::images::{Sheet, displayed_difference};
 use wis_ffi_tests::light::Light;
 use wis_ffi_tests::material::Material;
-use wis_ffi_tests::paper::Paper;
+use wis_ffi_tests::paper::{Paper, columns};
 use wis_ffi_tests::scene::{Scene, ShadingPoint};
 use wis_ffi_tests::structured::{How, Lights, Picture, Raster, Source, coloured, picture};
 
@@ -32,7 +31,7 @@ const MEGAPIXELS: f64 = 0.25;
 const WHITE: f64 = 0.25;
 
 fn main() -> Result<()> {
-    let mut page = Paper::from_arguments("structured")?;
+    let mut page = Paper::from_arguments("structured", include_str!("page.md"))?;
     let (galileo, grace) = (Map::load("galileo_probe.hdr")?, Map::load("grace_latlong.exr")?);
     page.section("visibility", shadows::write)?;
     page.section("maps", |page| {
@@ -44,16 +43,8 @@ fn main() -> Result<()> {
     page.section("buddha", |page| buddha::write(page, &grace))?;
     page.section("mountain", mountain::write)?;
     page.section("flicker", |page| flicker::write(page, &galileo.light))?;
-    page.write("Structured importance sampling", INTRODUCTION)
+    page.write()
 }
-
-const INTRODUCTION: &str = "Agarwal et al. 2003, \"Structured Importance Sampling of Environment Maps\", claim by claim. `wis_strata_*` cuts a map
-into lights, and `wis_jitter_*` draws places inside the strata. Written by `make structured` at {commit}.
-Times are processor seconds of one core. The paper's are of a Pentium 4 of 2.4 GHz.
-\"Error\" is the root mean squared error over the mean of the picture. \"As good as\" allows 1.1 times the error. \"Displayed\": the root mean
-squared difference, of white, of pictures of mean 0.4 and gamma 2.2. Where the paper judges pictures that save rays, one looks the same up to
-2 %, five of 255 levels.
-";
 
 /// A light and its colours, all of them lat-long maps of one size.
 pub struct Map {
@@ -65,12 +56,7 @@ impl Map {
     /// A map beside the project, or the project's room.
     pub fn load(name: &str) -> Result<Map> {
         let light = data::light(name)?.to_latlong(ROWS);
-        let path = Path::new(data::FOLDER).join("envmaps").join(name);
-        let colours = match path.exists() {
-            true => Light::load_channels(&path)?.map(|channel| channel.to_latlong(ROWS)),
-            false => [light.clone(), light.clone(), light.clone()],
-        };
-        Ok(Map { light, colours })
+        Ok(Map { light, colours: data::colours(name)?.map(|channel| channel.to_latlong(ROWS)) })
     }
 }
 
@@ -91,13 +77,13 @@ pub fn table(
     scene: &Scene,
     material: &Material,
     truth: &[f64],
-    rows: &[(&str, How)],
+    rows: &[(impl std::fmt::Display, How)],
 ) -> Result<Vec<Measured>> {
-    writeln!(
-        page.text,
-        "| method | error | on the mesh | displayed | shadow rays a point | us a point | s at 500 x 500 |"
+    columns(
+        &mut page.text,
+        1,
+        "method | error | on the mesh | displayed | shadow rays a point | us a point | s at 500 x 500",
     )?;
-    writeln!(page.text, "|---|---:|---:|---:|---:|---:|---:|")?;
     let on_mesh: Vec<bool> = scene.points.iter().map(|point| !is_ground(point)).collect();
     let of_mesh = |values: &[f64]| -> Vec<f64> {
         values.iter().zip(&on_mesh).filter(|(_, on)| **on).map(|(value, _)| *value).collect()

@@ -6,7 +6,7 @@ use glam::Vec3;
 use std::fmt::Write;
 use wis_ffi_tests::images::Sheet;
 use wis_ffi_tests::light::Light;
-use wis_ffi_tests::paper::Paper;
+use wis_ffi_tests::paper::{Paper, columns};
 use wis_ffi_tests::processor;
 use wis_ffi_tests::structured::{Source, Start, clustered};
 
@@ -29,8 +29,8 @@ const MINUTE: f64 = 60.0;
 pub fn allocation(page: &mut Paper) -> Result<()> {
     let map = three_regions();
     let source = Source::new(&map);
-    writeln!(page.text, "\n## Allocation (Fig. 3)\n\n{ALLOCATION}")?;
-    writeln!(page.text, "| metric | lights | in the bright region | in the middle one |\n|---|---:|---:|---:|")?;
+    page.heading("Allocation (Fig. 3)")?;
+    columns(&mut page.text, 1, "metric | lights | in the bright region | in the middle one")?;
     let mut bright = Vec::new();
     for (name, exponents, limit) in METRICS {
         let strata = source.strata_by(&config(100, &exponents, limit))?;
@@ -45,22 +45,19 @@ pub fn allocation(page: &mut Paper) -> Result<()> {
             within(BRIGHT, MIDDLE)
         )?;
     }
-    page.claims.add(
-        "a small bright region gets fewer lights than its light alone asks for (Fig. 3)",
-        "25 in place of 35",
+    page.claims.holds(
+        "a small bright region gets fewer lights than its light alone asks for (Fig. 3) | 25 in place of 35",
         format!("{} in place of {}", bright[2], bright[1]),
         bright[2] < bright[1],
-        "",
     );
     Ok(())
 }
 
 /// The same on real maps, with pictures.
 pub fn real(page: &mut Paper, maps: &[&Map]) -> Result<()> {
-    writeln!(page.text, "\n### The same on real maps\n\n{REAL}")?;
+    page.heading("The same on real maps")?;
     let heads = METRICS.map(|metric| metric.0).join(" | ");
-    writeln!(page.text, "| map | solid angle that is bright, sr | its share of the light | {heads} |")?;
-    writeln!(page.text, "|---|---:|---:|---:|---:|---:|")?;
+    columns(&mut page.text, 1, &format!("map | solid angle that is bright, sr | its share of the light | {heads}"))?;
     let (mut holds, mut found, mut sheets) = (true, Vec::new(), Vec::new());
     for map in maps {
         let threshold = DEVIATIONS * deviation(&map.light);
@@ -105,8 +102,7 @@ pub fn real(page: &mut Paper, maps: &[&Map]) -> Result<()> {
         page.save(file, sheet)?;
     }
     page.claims.add(
-        "the same on real maps: the metric lies between area and light alone",
-        "\"reduces the number of samples for these lights\"",
+        "the same on real maps: the metric lies between area and light alone | \"reduces the number of samples for these lights\"",
         found.join(", "),
         holds,
         "the bright regions of these maps are wider than the limiting solid angle of 0.01",
@@ -126,9 +122,8 @@ fn deviation(light: &Light) -> f64 {
 
 /// Section 5: what it takes to cut a map.
 pub fn speed(page: &mut Paper, lights: &[&Light]) -> Result<()> {
-    writeln!(page.text, "\n## Time to cut a map (Section 5)\n\n{SPEED}")?;
-    writeln!(page.text, "| map | texels | lights asked for | lights | processor s | scratch MB |")?;
-    writeln!(page.text, "|---|---:|---:|---:|---:|---:|")?;
+    page.heading("Time to cut a map (Section 5)")?;
+    columns(&mut page.text, 1, "map | texels | lights asked for | lights | processor s | scratch MB")?;
     let mut of_300 = Vec::new();
     for light in lights {
         let ([width, height], name) = (light.size(), &light.name);
@@ -153,29 +148,13 @@ pub fn speed(page: &mut Paper, lights: &[&Light]) -> Result<()> {
         writeln!(page.text, "| {name} | {width} x {height} | 300 | k-means, {ROUNDS} rounds | {seconds:.2} | - |")?;
     }
     let (seconds, texels) = of_300.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).expect("a map");
-    page.claims.add(
-        "300 lights of a map of a million texels in a minute (Section 5)",
-        "60 s",
+    page.claims.holds(
+        "300 lights of a map of a million texels in a minute (Section 5) | 60 s",
         format!("{seconds:.2} s, {:.1} million texels", texels as f64 / 1e6),
         seconds <= MINUTE,
-        "",
     );
     Ok(())
 }
-
-const ALLOCATION: &str =
-    "A map made for it: a bright disc, a middle ring and a dark rest. The disc has 35 % of the light and spans 0.26 of the limiting solid
-angle. So the metric counts it 25 / 35 as much as light alone does.
-";
-
-const REAL: &str = "300 lights. Bright is what exceeds the paper's highest threshold, 5 standard deviations of the map. The columns of the
-metrics count the lights in bright texels. Yellow: centres of strata. Blue: centres of k-means that starts evenly spread, which
-behave as the paper says of LightGen's: they follow area.
-";
-
-const SPEED: &str = "The fastest of three runs. The paper: a minute for 300 lights at 1024 x 1024; LightGen took an hour, and ten hours for
-3000. k-means runs a fixed number of rounds here.
-";
 
 /// The radii of the regions of Fig. 3's map, about +x.
 const BRIGHT: f32 = 0.0287;

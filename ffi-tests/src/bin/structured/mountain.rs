@@ -7,7 +7,7 @@ use wis_ffi_tests::directions;
 use wis_ffi_tests::images::displayed_difference;
 use wis_ffi_tests::material::{Bsdf, Material};
 use wis_ffi_tests::mesh::Mesh;
-use wis_ffi_tests::paper::{Paper, VISIBLE};
+use wis_ffi_tests::paper::{Paper, VISIBLE, columns};
 use wis_ffi_tests::points;
 use wis_ffi_tests::processor;
 use wis_ffi_tests::scene::{Scene, ShadingPoint, View};
@@ -57,12 +57,8 @@ pub fn write(page: &mut Paper) -> Result<()> {
     let scene = Scene::turned("mountain", &mesh, 0.0, View::Image(STEP))?;
     let material = Material::lambert();
     let lights = strata_lights(&map, 300)?;
-    writeln!(
-        page.text,
-        "\n## A mountain with indirect light (Fig. 8)\n\n{TEXT}\n{} triangles. Light: {}.\n",
-        mesh.triangles.len(),
-        map.light.name
-    )?;
+    page.heading("A mountain with indirect light (Fig. 8)")?;
+    writeln!(page.text, "{} triangles. Light: {}.\n", mesh.triangles.len(), map.light.name)?;
     let rows = [
         ("no sorting", How::Lights(&lights), How::Lights(&lights)),
         ("picked at 0.01", How::Picked(&lights, 0.01, None), How::Picked(&lights, 0.01, None)),
@@ -73,15 +69,14 @@ pub fn write(page: &mut Paper) -> Result<()> {
         pictures.push(with_bounce(&scene, &material, direct, far)?);
     }
     let truth = pictures[0].values.clone();
-    writeln!(page.text, "| lights | shadow rays a point | us a point | differs by |\n|---|---:|---:|---:|")?;
+    columns(&mut page.text, 1, "lights | shadow rays a point | us a point | differs by")?;
     for ((name, ..), picture) in rows.iter().zip(&pictures) {
         let Picture { rays, us, .. } = picture;
         writeln!(page.text, "| {name} | {rays:.0} | {us:.0} | {:.3} |", picture.error(&truth))?;
     }
     let [plain, .., sorted] = &pictures[..] else { return Ok(()) };
     page.claims.add(
-        "with indirect light, sorting is three times as fast (Fig. 8)",
-        "233 s, sorted 74 s",
+        "with indirect light, sorting is three times as fast (Fig. 8) | 233 s, sorted 74 s",
         format!(
             "{:.1} times as fast with {:.1} times fewer rays ({:.0} and {:.0} us a point), {:.1} % off",
             plain.us / sorted.us,
@@ -108,10 +103,6 @@ fn cause(plain: &Picture, sorted: &Picture) -> String {
         sorted.us - by_rays
     )
 }
-
-const TEXT: &str = "The mountain is procedural: the paper's is not at hand. In place of its irradiance cache there is one bounce, of 16
-cosine-distributed rays a point: at their hits the strata light a Lambert surface again. Differences are to the picture without sorting.
-";
 
 /// Direct light and that of one bounce.
 fn with_bounce(scene: &Scene, material: &Material, direct: &How, far: &How) -> Result<Picture> {

@@ -1,11 +1,12 @@
 //! The model of visibility behind the metric (Section 2.1, Fig. 2).
 
 use anyhow::Result;
-use plotters::prelude::*;
+use plotters::prelude::{BLACK, Color, Palette, Palette99, RGBColor, SeriesLabelPosition};
 use std::fmt::Write;
 use std::path::Path;
 use wis_ffi_tests::data;
-use wis_ffi_tests::paper::{Paper, Verdict};
+use wis_ffi_tests::paper::{Paper, Verdict, columns, range};
+use wis_ffi_tests::plot::{self, Chart, Line};
 use wis_ffi_tests::points;
 use wis_ffi_tests::scene::{Scene, ShadingPoint, View};
 use wis_ffi_tests::visibility::{self, Model};
@@ -28,9 +29,8 @@ pub fn write(page: &mut Paper) -> Result<()> {
     let rows: Vec<[f64; 3]> = models.iter().map(|(_, model)| slopes(model)).collect();
     let model = [0.25, 0.5].map(|x| in_the_model(x) / 4.0 / x);
     let tail = in_the_model(0.75);
-    writeln!(page.text, "\n## Visibility (Section 2.1, Fig. 2)\n\n{TEXT}")?;
-    writeln!(page.text, "| mesh | seen | T | fit, R^2 | variance x T / angle at T/4 | at T/2 | at 3T/4, of 1/4 |")?;
-    writeln!(page.text, "|---|---:|---:|---:|---:|---:|---:|")?;
+    page.heading("Visibility (Section 2.1, Fig. 2)")?;
+    columns(&mut page.text, 1, "mesh | seen | T | fit, R^2 | variance x T / angle at T/4 | at T/2 | at 3T/4, of 1/4")?;
     let number = |x: f64| if x.is_nan() { "-".into() } else { format!("{x:.2}") };
     for ((name, Model { visible, angle, explained, .. }), row) in models.iter().zip(&rows) {
         let [a, b, c] = row.map(number);
@@ -38,66 +38,47 @@ pub fn write(page: &mut Paper) -> Result<()> {
     }
     writeln!(page.text, "| the model itself | 0.50 | 1 | 1.00 | {:.2} | {:.2} | {tail:.2} |", model[0], model[1])?;
     let file = page.pictures.join("visibility.svg");
-    plot(&models, &file).map_err(|error| anyhow::anyhow!("{}: {error}", file.display()))?;
+    plot(&models, &file)?;
     writeln!(page.text, "\n![log correlation and variance against angle]({})", page.link("visibility.svg"))?;
     claims(page, &models, &rows, (model[0], tail));
     Ok(())
 }
 
 fn claims(page: &mut Paper, models: &[(String, Model)], rows: &[[f64; 3]], (model, tail): (f64, f64)) {
-    let range = |values: &mut dyn Iterator<Item = f64>| {
-        values.filter(|x| !x.is_nan()).fold([f64::INFINITY, 0.0], |[low, high], x| [x.min(low), x.max(high)])
-    };
-    let [least, most] = range(&mut models.iter().map(|m| m.1.explained));
+    let [least, most] = range(models.iter().map(|m| m.1.explained));
     let mut fits: Vec<f64> = models.iter().map(|m| m.1.explained).collect();
     fits.sort_by(f64::total_cmp);
     let median = fits[fits.len() / 2];
-    let [short, long] = range(&mut models.iter().map(|m| m.1.angle));
-    page.claims.add(
-        "correlation of visibility falls exponentially with the angle (Fig. 2)",
-        "a line in the logarithm; T = 0.5",
+    let [short, long] = range(models.iter().map(|m| m.1.angle));
+    page.claims.holds(
+        "correlation of visibility falls exponentially with the angle (Fig. 2) | a line in the logarithm; T = 0.5",
         format!("R^2 {least:.2} to {most:.2}, {median:.2} in the median of 10 points; T = {short:.2} to {long:.2}"),
         median >= LINE,
-        "",
     );
-    let [low, high] = range(&mut rows.iter().map(|row| row[0]));
+    let [low, high] = range(rows.iter().map(|row| row[0]));
     let third = 1.0 / 3.0;
     page.claims.add(
-        "the variance in a cone is angle / 3T (Eq. 6)",
-        "0.33 angle / T",
+        "the variance in a cone is angle / 3T (Eq. 6) | 0.33 angle / T",
         format!("{low:.2} to {high:.2} angle / T"),
         Verdict::Refuted.unless(low >= third * (1.0 - OFF) && high <= third * (1.0 + OFF)),
         &format!(
             "the appendix replaces a mean of products by a product of means; its own model gives {model:.2} (\"the model itself\")"
         ),
     );
-    let [low, high] = range(&mut rows.iter().map(|row| row[1] / row[0]));
-    page.claims.add(
-        "that variance is proportional to the angle, hence the exponent 1/4 of the metric",
-        "a line up to about 3T/4",
+    let [low, high] = range(rows.iter().map(|row| row[1] / row[0]));
+    page.claims.holds(
+        "that variance is proportional to the angle, hence the exponent 1/4 of the metric | a line up to about 3T/4",
         format!("from T/4 to T/2 it grows {:.2} to {:.2} times as fast as a line", low, high),
         low >= 1.0 - OFF && high <= 1.0 + OFF,
-        "",
     );
-    let [low, high] = range(&mut rows.iter().map(|row| row[2]));
+    let [low, high] = range(rows.iter().map(|row| row[2]));
     page.claims.add(
-        "the variance reaches its maximum of 1/4 near 3T/4",
-        "yes",
+        "the variance reaches its maximum of 1/4 near 3T/4 | yes",
         format!("{:.0} to {:.0} % of the maximum at 3T/4", 100.0 * low, 100.0 * high),
         Verdict::Refuted.unless(low >= REACHED),
         &format!("the same step of the appendix: the model itself is at {:.0} % there", 100.0 * tail),
     );
 }
-
-const TEXT: &str = "Ten visibility maps, two for each mesh. The correlation of visibility at an angle is fitted by exp(-angle / T), on
-the logarithms, where it is above 0.1. The variance is that within cones of a half-angle, in units in which the hemisphere
-has 1/4.
-
-*The model itself* is the experiment that isolates Eq. 6. Its correlation is exp(-angle / T) exactly. The expected variance in
-a disc is then 1/4 of what the correlation loses between two random points of the disc. For small discs that is 32 / (45 pi) =
-0.226 angle / T. The appendix takes the mean b of visibility around a visible direction and calls b (1 - b) the mean
-variance. Measured variances are lower still, because the measured correlation falls more slowly than exponentially at first.
-";
 
 /// Variance x T / angle at a quarter and at half of T, and the variance at three quarters, of 1/4.
 fn slopes(model: &Model) -> [f64; 3] {
@@ -141,49 +122,42 @@ fn variance_at(model: &Model, angle: f64) -> f64 {
     })
 }
 
-fn plot(models: &[(String, Model)], file: &Path) -> Result<(), Box<dyn std::error::Error>> {
-    let root = SVGBackend::new(file, (1120, 440)).into_drawing_area();
-    root.fill(&WHITE)?;
-    let (left, right) = root.split_horizontally(560);
-    let colour = |i: usize| Palette99::pick(i / 2).stroke_width(1 + i as u32 % 2);
-    let mut chart = ChartBuilder::on(&left)
-        .margin(8)
-        .caption("log correlation of visibility", ("sans-serif", 18))
-        .x_label_area_size(36)
-        .y_label_area_size(48)
-        .build_cartesian_2d(0.0..f64::from(visibility::WIDEST), -3.0..0.0)?;
-    chart.configure_mesh().x_desc("angle in radians").light_line_style(TRANSPARENT).draw()?;
-    for (i, (_, model)) in models.iter().enumerate() {
+fn plot(models: &[(String, Model)], file: &Path) -> Result<()> {
+    let style = |i: usize| Palette99::pick(i / 2).stroke_width(1 + i as u32 % 2);
+    let lines = |named: bool, of: &dyn Fn(&Model) -> Vec<(f64, f64)>| -> Vec<Line> {
+        let line = |(i, (name, model)): (usize, &(String, Model))| Line {
+            name: if named && i % 2 == 0 { name.clone() } else { String::new() },
+            points: of(model),
+            style: style(i),
+        };
+        models.iter().enumerate().map(line).collect()
+    };
+    let logarithms = lines(false, &|model| {
         let line = model.correlation.iter().take_while(|p| p.1 > 0.05).map(|p| (p.0, p.1.ln()));
-        chart.draw_series(LineSeries::new(std::iter::once((0.0, 0.0)).chain(line), colour(i)))?;
-    }
-    let mut chart = ChartBuilder::on(&right)
-        .margin(8)
-        .caption("variance of visibility in a cone", ("sans-serif", 18))
-        .x_label_area_size(36)
-        .y_label_area_size(48)
-        .build_cartesian_2d(0.0..2.0, 0.0..0.27)?;
-    chart.configure_mesh().x_desc("half-angle / T").light_line_style(TRANSPARENT).draw()?;
-    for (i, (name, model)) in models.iter().enumerate() {
-        let line = model.variance.iter().map(|p| (p.0 / model.angle, p.1 / 4.0)).filter(|p| p.0 <= 2.0);
-        let series = chart.draw_series(LineSeries::new(line, colour(i)))?;
-        if i % 2 == 0 {
-            let style = colour(i);
-            series.label(name).legend(move |(x, y)| PathElement::new([(x, y), (x + 16, y)], style));
-        }
-    }
-    let exact: Vec<(f64, f64)> = (0..=40).map(|i| f64::from(i) / 20.0).map(|x| (x, in_the_model(x) / 4.0)).collect();
-    let lines =
+        std::iter::once((0.0, 0.0)).chain(line).collect()
+    });
+    let mut variances = lines(true, &|model| {
+        let line = model.variance.iter().map(|p| (p.0 / model.angle, p.1 / 4.0));
+        line.filter(|p| p.0 <= 2.0).collect()
+    });
+    let exact = (0..=40).map(|i| f64::from(i) / 20.0).map(|x| (x, in_the_model(x) / 4.0)).collect();
+    let others =
         [("Eq. 6", vec![(0.0, 0.0), (0.75, 0.25)], BLACK), ("the model itself", exact, RGBColor(150, 150, 150))];
-    for (name, line, colour) in lines {
-        let series = chart.draw_series(LineSeries::new(line, colour.stroke_width(3)))?;
-        series.label(name).legend(move |(x, y)| PathElement::new([(x, y), (x + 16, y)], colour.stroke_width(3)));
-    }
-    chart
-        .configure_series_labels()
-        .border_style(BLACK)
-        .background_style(WHITE)
-        .position(SeriesLabelPosition::LowerRight)
-        .draw()?;
-    Ok(root.present()?)
+    variances.extend(others.map(|(name, points, colour)| Line {
+        name: name.into(),
+        points,
+        style: colour.stroke_width(3),
+    }));
+    let chart = |title, x, ends, lines| Chart {
+        title,
+        x,
+        ends,
+        logarithmic: false,
+        key: SeriesLabelPosition::LowerRight,
+        lines,
+    };
+    let ends = [[0.0, f64::from(visibility::WIDEST)], [-3.0, 0.0]];
+    let left = chart("log correlation of visibility", "angle in radians", ends, logarithms);
+    let ends = [[0.0, 2.0], [0.0, 0.27]];
+    plot::save(file, [left, chart("variance of visibility in a cone", "half-angle / T", ends, variances)])
 }

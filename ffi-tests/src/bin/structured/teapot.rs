@@ -8,7 +8,7 @@ use wis_ffi_tests::client::raw;
 use wis_ffi_tests::data;
 use wis_ffi_tests::material::Material;
 use wis_ffi_tests::medians::{Cut, cut};
-use wis_ffi_tests::paper::{Paper, VISIBLE, Verdict};
+use wis_ffi_tests::paper::{Paper, VISIBLE, Verdict, columns};
 use wis_ffi_tests::scene::{Scene, View};
 use wis_ffi_tests::structured::{How, Lights, Raster, Source, Start, clustered, picture, truth};
 
@@ -42,7 +42,7 @@ pub fn write(page: &mut Paper, map: &Map) -> Result<()> {
 type Known<'a> = (&'a Scene, &'a [f64]);
 
 fn lights(page: &mut Paper, map: &Map, whole: Known, thinned: Known, material: &Material) -> Result<()> {
-    writeln!(page.text, "\n## A teapot in Galileo's tomb (Fig. 5)\n\n{TEAPOT}")?;
+    page.heading("A teapot in Galileo's tomb (Fig. 5)")?;
     let raster = Raster::new(&map.light);
     let (l100, l300) = (strata_lights(map, 100)?, strata_lights(map, 300)?);
     let kmeans = |count: usize, rounds: usize, start: Start| -> Lights {
@@ -50,32 +50,28 @@ fn lights(page: &mut Paper, map: &Map, whole: Known, thinned: Known, material: &
     };
     let (k300, k3000) = (kmeans(300, ROUNDS, Start::Weight), kmeans(3000, 2, Start::Weight));
     let (even300, even3000) = (kmeans(300, ROUNDS, Start::Area), kmeans(3000, 3, Start::Area));
+    let named = |name: &str, how| (name.to_string(), how);
     let mut rows = vec![
-        ("uniform stratified, 300", How::Uniform(&map.light, 300)),
-        ("stratified importance, 300", How::Importance(&raster, 300)),
-        ("stratified importance, 3000", How::Importance(&raster, 3000)),
-        ("k-means from an even start, 300", How::Lights(&even300)),
-        ("k-means from an even start, 3000", How::Lights(&even3000)),
-        ("k-means from a start by weight, 300", How::Lights(&k300)),
-        ("k-means from a start by weight, 3000", How::Lights(&k3000)),
-        ("structured, 100", How::Lights(&l100)),
-        ("structured, 300", How::Lights(&l300)),
-        ("structured, 300, one by one", How::OneByOne(&l300)),
+        named("uniform stratified, 300", How::Uniform(&map.light, 300)),
+        named("stratified importance, 300", How::Importance(&raster, 300)),
+        named("stratified importance, 3000", How::Importance(&raster, 3000)),
+        named("k-means from an even start, 300", How::Lights(&even300)),
+        named("k-means from an even start, 3000", How::Lights(&even3000)),
+        named("k-means from a start by weight, 300", How::Lights(&k300)),
+        named("k-means from a start by weight, 3000", How::Lights(&k3000)),
+        named("structured, 100", How::Lights(&l100)),
+        named("structured, 300", How::Lights(&l300)),
+        named("structured, 300, one by one", How::OneByOne(&l300)),
     ];
     let cuts = [(64, Cut::Median), (300, Cut::Median), (64, Cut::Variance), (300, Cut::Variance)];
     let cuts = cuts.map(|(count, rule)| cut(&map.light, count, rule));
     let (l64, k64) = (strata_lights(map, FEWER)?, kmeans(FEWER as usize, ROUNDS, Start::Weight));
-    rows.extend([
-        ("structured, 64", How::Lights(&l64)),
-        ("k-means from a start by weight, 64", How::Lights(&k64)),
-        ("median cut, 64", How::Lights(&cuts[0])),
-        ("median cut, 300", How::Lights(&cuts[1])),
-        ("variance minimisation, 64", How::Lights(&cuts[2])),
-        ("variance minimisation, 300", How::Lights(&cuts[3])),
-    ]);
-    let names = STEPS.map(|step| format!("structured, 300, picked at {step}"));
-    rows.extend(names.iter().zip(STEPS).map(|(name, step)| (name.as_str(), How::Picked(&l300, step, None))));
-    rows.push(("structured, 300, sorted to 0.5", How::Sorted(&l300, SORTED.0, SORTED.1)));
+    let others = ["median cut, 64", "median cut, 300", "variance minimisation, 64", "variance minimisation, 300"];
+    rows.push(named("structured, 64", How::Lights(&l64)));
+    rows.push(named("k-means from a start by weight, 64", How::Lights(&k64)));
+    rows.extend(others.iter().zip(&cuts).map(|(name, lights)| named(name, How::Lights(lights))));
+    rows.extend(STEPS.map(|step| (format!("structured, 300, picked at {step}"), How::Picked(&l300, step, None))));
+    rows.push(named("structured, 300, sorted to 0.5", How::Sorted(&l300, SORTED.0, SORTED.1)));
     let m = table(page, thinned.0, material, thinned.1, &rows)?;
     let shown = [
         ("uniform, 300", How::Uniform(&map.light, 300)),
@@ -88,12 +84,10 @@ fn lights(page: &mut Paper, map: &Map, whole: Known, thinned: Known, material: &
     let values = compare(page, "teapot.png", (whole.0, material), whole.1, map, &shown)?;
     claims(page, &m);
     let [few, strata] = [2, 5].map(|i| Parts::of(whole.0, whole.1, &values[i]).bands);
-    page.claims.add(
-        "300 lights of k-means show bands where 300 strata do not",
-        "LightGen, pictures",
+    page.claims.holds(
+        "300 lights of k-means show bands where 300 strata do not | LightGen, pictures",
         format!("from an even start bands of {few:.4} against {strata:.4} (see Jitter)"),
         few >= 1.5 * strata,
-        "",
     );
     Ok(())
 }
@@ -101,25 +95,20 @@ fn lights(page: &mut Paper, map: &Map, whole: Known, thinned: Known, material: &
 fn claims(page: &mut Paper, m: &[Measured]) {
     let pair = |a: usize, b: usize| format!("error {:.4} against {:.4}", m[a].error, m[b].error);
     let at = |i: usize| m[i].us * MEGAPIXELS;
-    page.claims.add(
-        "300 lights are as good as 3000 samples of stratified importance sampling (Fig. 5)",
-        "yes",
+    page.claims.holds(
+        "300 lights are as good as 3000 samples of stratified importance sampling (Fig. 5) | yes",
         pair(8, 2),
         m[8].error <= EQUAL * m[2].error,
-        "",
     );
-    page.claims.add(
-        "100 lights look convincing, 300 importance samples do not",
-        "yes",
+    page.claims.holds(
+        "100 lights look convincing, 300 importance samples do not | yes",
         pair(7, 1),
         m[7].error * 2.0 <= m[1].error,
-        "",
     );
-    page.claims.add("uniform stratified sampling is far behind", "yes", pair(0, 1), m[0].error >= 2.0 * m[1].error, "");
+    page.claims.holds("uniform stratified sampling is far behind | yes", pair(0, 1), m[0].error >= 2.0 * m[1].error);
     let is_caught = |few: usize, many: usize| m[many].error >= m[few].error / 1.5;
     page.claims.add(
-        "3000 lights of k-means are not much better, since it gets caught in a local minimum",
-        "LightGen, after 10 hours",
+        "3000 lights of k-means are not much better, since it gets caught in a local minimum | LightGen, after 10 hours",
         format!(
             "{:.4} with 300, {:.4} with 3000 from an even start; {:.4} and {:.4} from a start by weight",
             m[3].error, m[4].error, m[5].error, m[6].error
@@ -127,9 +116,8 @@ fn claims(page: &mut Paper, m: &[Measured]) {
         Verdict::Untested.unless(is_caught(3, 4)),
         "LightGen, whose start is not known, is not to be had; k-means is not caught from either start of the table",
     );
-    page.claims.add(
-        "structured sampling is faster than importance sampling for as many samples",
-        "10 s against 70 s at 500 x 500",
+    page.claims.holds(
+        "structured sampling is faster than importance sampling for as many samples | 10 s against 70 s at 500 x 500",
         format!(
             "lights eight at a time {:.1} s, one by one as samples are {:.1} s, against {:.1} s",
             at(8),
@@ -137,7 +125,6 @@ fn claims(page: &mut Paper, m: &[Measured]) {
             at(1)
         ),
         m[9].us < m[1].us,
-        "",
     );
     sorting(page, m);
 }
@@ -148,8 +135,7 @@ fn sorting(page: &mut Paper, m: &[Measured]) {
     let saved = |i: usize| 1.0 - m[i].rays / m[8].rays;
     let enough = (FIRST..=last).find(|&i| saved(i) >= SAVED).unwrap_or(last);
     page.claims.add(
-        "sorting saves three quarters of the teapot's rays",
-        "75 %, no loss is mentioned",
+        "sorting saves three quarters of the teapot's rays | 75 %, no loss is mentioned",
         format!(
             "at {:.0} % saved the displayed difference is {:.1} % of white in place of {:.1} % (error {:.4} in place of {:.4})",
             100.0 * saved(enough),
@@ -163,8 +149,7 @@ fn sorting(page: &mut Paper, m: &[Measured]) {
     );
     let slower = m[sorted].us / m[8].us;
     page.claims.add(
-        "sorting does not save time on the teapot",
-        "\"nearly the same\" with 75 % of the rays saved",
+        "sorting does not save time on the teapot | \"nearly the same\" with 75 % of the rays saved",
         format!(
             "{:.1} s without; {:.1} s with {:.0} % saved, {:.1} s with {:.0} % saved by picks without an order",
             at(8),
@@ -204,7 +189,7 @@ impl Parts {
 }
 
 fn jitter(page: &mut Paper, map: &Map, whole: Known, thinned: Known, material: &Material) -> Result<()> {
-    writeln!(page.text, "\n## Jitter (Fig. 7)\n\n{JITTER}")?;
+    page.heading("Jitter (Fig. 7)")?;
     let source = Source::new(&map.light);
     let (l50, strata) = (strata_lights(map, 50)?, source.strata(50)?);
     let uniform = source.jitter(&strata, raw::WIS_JITTER_UNIFORM)?;
@@ -218,39 +203,24 @@ fn jitter(page: &mut Paper, map: &Map, whole: Known, thinned: Known, material: &
     let pictures = rows.iter().map(|(_, how)| Ok(picture(whole.0, material, how, 0)?.values));
     let values = pictures.collect::<Result<Vec<_>>>()?;
     let parts: Vec<Parts> = values.iter().map(|values| Parts::of(whole.0, whole.1, values)).collect();
-    writeln!(page.text, "\n| method | shared by neighbours: bands | the rest: noise |\n|---|---:|---:|")?;
+    writeln!(page.text)?;
+    columns(&mut page.text, 1, "method | shared by neighbours: bands | the rest: noise")?;
     for ((name, _), Parts { bands, noise }) in rows.iter().zip(&parts) {
         writeln!(page.text, "| {name} | {bands:.4} | {noise:.4} |")?;
     }
     let is_traded = |i: usize| parts[i].bands <= FADED * parts[0].bands && parts[i].noise > parts[0].noise;
     let part = |i: usize| format!("bands {:.4} and noise {:.4}", parts[i].bands, parts[i].noise);
-    page.claims.add(
-        "jitter trades bands for noise (Fig. 7)",
-        "a picture: \"banding can be eliminated\"",
+    page.claims.holds(
+        "jitter trades bands for noise (Fig. 7) | a picture: \"banding can be eliminated\"",
         format!("{} without, {} with the paper's uniform jitter, {} by energy", part(0), part(1), part(2)),
         // Uniform places are biased where the light varies inside a stratum, and neighbours share that bias.
         is_traded(2),
-        "",
     );
     Ok(())
 }
 
 /// The share of the bands that may be left where they are traded.
 const FADED: f64 = 0.5;
-
-const TEAPOT: &str = "Grey Lambert. The reference is sampled by MIS without the library. Rays: those that are not below the horizon. k-means has
-two starts: evenly over the sphere, and spread along the map by weight. What a light may add is what it adds to a point that sees
-it. *Picked at 0.01*: lights that may add one percent of all are traced. The others are picked systematically along a curve over the
-sphere, in proportion to what they may add, and each pick stands for one percent. *Sorted to 0.5*: lights are traced in order, the largest
-first, until the rest may add half of the whole; four random lights of the rest estimate how much of it is seen. Lights are evaluated eight
-at a time, samples one by one, for each takes a search and a look-up of its own. The row *one by one* does that with lights, too. *Median
-cut*: Debevec 2005. *Variance minimisation*: Viriyothai and Debevec 2009.
-";
-
-const JITTER: &str = "One visibility ray a stratum, from its centre or from a random place in it. The uniform jitter is biased where the light
-varies inside a stratum. Bands are told from noise by the correlation r of the errors of neighbouring pixels: the bands are
-sqrt(r) of the error, the noise sqrt(1 - r).
-";
 
 #[cfg(test)]
 mod tests {

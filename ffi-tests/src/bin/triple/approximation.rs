@@ -3,7 +3,7 @@
 use crate::domain::{Domain, Lists};
 use anyhow::Result;
 use glam::Mat3;
-use plotters::prelude::*;
+use plotters::prelude::{Color, Palette, Palette99, RGBColor, SeriesLabelPosition};
 use std::fmt::Write;
 use std::hint::black_box;
 use std::path::Path;
@@ -12,7 +12,8 @@ use wis_ffi_tests::client::{Tree, raw};
 use wis_ffi_tests::data;
 use wis_ffi_tests::light::Light;
 use wis_ffi_tests::material::{Bsdf, Material};
-use wis_ffi_tests::paper::Paper;
+use wis_ffi_tests::paper::{Paper, columns, range};
+use wis_ffi_tests::plot::{self, Chart, Line};
 use wis_ffi_tests::processor;
 use wis_ffi_tests::scene::{Scene, ShadingPoint, View};
 
@@ -31,7 +32,7 @@ const FASTER: f64 = 10.0;
 /// Writes the section.
 pub fn write(page: &mut Paper, light: &Light) -> Result<()> {
     let scene = data::scene("spot.obj", View::Points(POINTS))?;
-    writeln!(page.text, "\n## Error and time against the terms that are kept (Fig. 3)\n\n{TEXT}")?;
+    page.heading("Error and time against the terms that are kept (Fig. 3)")?;
     writeln!(page.text, "Light: {}, visibility: {} points of {}.", light.name, scene.points.len(), scene.name)?;
     let domain = Domain::cube(DEPTH);
     let pixels = domain.light(light, Mat3::IDENTITY);
@@ -41,7 +42,7 @@ pub fn write(page: &mut Paper, light: &Light) -> Result<()> {
     let curves =
         materials.iter().map(|material| curve(&mut tables, &scene, &lit, material)).collect::<Result<Vec<_>>>()?;
     let file = page.pictures.join("terms.svg");
-    plot(&curves, &file).map_err(|error| anyhow::anyhow!("{}: {error}", file.display()))?;
+    plot(&curves, &file)?;
     writeln!(page.text, "\n![error and time against terms]({})", page.link("terms.svg"))?;
     writeln!(
         page.text,
@@ -58,11 +59,9 @@ pub fn write(page: &mut Paper, light: &Light) -> Result<()> {
 
 fn claims(page: &mut Paper, curves: &[Curve]) {
     let rows = curves.iter().flat_map(|curve| &curve.rows).filter(|row| MIDDLE.contains(&row.share));
-    let [low, high] = rows
-        .map(|row| 1e3 * row.us[0] / row.terms as f64)
-        .fold([f64::INFINITY, 0.0], |[a, b]: [f64; 2], x| [x.min(a), x.max(b)]);
+    let [low, high] = range(rows.map(|row| 1e3 * row.us[0] / row.terms as f64));
     let slopes: Vec<f64> = curves.iter().map(Curve::slope).collect();
-    let [flat, steep] = slopes.iter().fold([f64::INFINITY, 0.0], |[a, b]: [f64; 2], x| [x.min(a), x.max(b)]);
+    let [flat, steep] = range(slopes.iter().copied());
     let mean = |of: &dyn Fn(&Curve) -> f64| curves.iter().map(of).sum::<f64>() / curves.len() as f64;
     let (scalar, decompressed) = (mean(&|curve| curve.scalar), mean(&|curve| curve.decompressed));
     let pixels = Domain::cube(DEPTH).pixels() as f64;
@@ -83,16 +82,14 @@ fn claims(page: &mut Paper, curves: &[Curve]) {
     };
     let (simple, least) = gains(&|curve| curve.scalar);
     page.claims.add(
-        "for reasonable error (5 %) wavelets are 10 to 30 times faster than a simple sum over pixels (Fig. 3)",
-        "10 to 30 times at 6 x 256 x 256",
+        "for reasonable error (5 %) wavelets are 10 to 30 times faster than a simple sum over pixels (Fig. 3) | 10 to 30 times at 6 x 256 x 256",
         simple,
         least >= FASTER,
         &format!("a term takes {low:.0} to {high:.0} ns from 0.1 to 10 %, a pixel {:.1}", 1e3 * scalar / pixels),
     );
     let (unpacked, least) = gains(&|curve| curve.decompressed);
     page.claims.add(
-        "the same against pixels that are stored as wavelets and must be decompressed first",
-        "more",
+        "the same against pixels that are stored as wavelets and must be decompressed first | more",
         unpacked,
         least >= FASTER,
         &format!(
@@ -100,19 +97,16 @@ fn claims(page: &mut Paper, curves: &[Curve]) {
             decompressed / scalar
         ),
     );
-    page.claims.add(
-        "time is linear in the terms (Fig. 3, slope 1)",
-        "slope 1",
+    page.claims.holds(
+        "time is linear in the terms (Fig. 3, slope 1) | slope 1",
         format!("slope {flat:.2} to {steep:.2} from 0.1 to 10 %, {low:.0} to {high:.0} ns a term"),
         slopes.iter().all(|slope| (slope - 1.0).abs() <= SLOPE),
-        "",
     );
 }
 
 /// What eight pixels at a time change.
 fn eight_at_a_time(curves: &[Curve]) -> String {
-    let gains = curves.iter().map(|curve| curve.scalar / curve.pixels);
-    let [least, most] = gains.fold([f64::INFINITY, 0.0], |[least, most], gain| [gain.min(least), gain.max(most)]);
+    let [least, most] = range(curves.iter().map(|curve| curve.scalar / curve.pixels));
     let ahead = |curve: &Curve| curve.rows.iter().rfind(|row| row.us[0] < curve.pixels).map_or(0.0, |row| row.share);
     let share = curves.iter().map(ahead).fold(1.0, f64::min);
     format!(
@@ -126,63 +120,37 @@ fn eight_at_a_time(curves: &[Curve]) -> String {
 /// The shares between which the time is looked at.
 const MIDDLE: std::ops::RangeInclusive<f64> = 0.001..=0.1;
 
-const TEXT: &str = "Relative L2 error and microseconds of the sublinear integral, BRDF and light with as many squares each, as a share of all wavelets. The lists of one
-point stay in the caches, as those of the paper's single set of cube maps do. \"In turns\" the other points come in between, as
-the vertices of a mesh do.
-";
-
-/// Error and time against terms, both axes logarithmic.
-fn plot(curves: &[Curve], file: &Path) -> Result<(), Box<dyn std::error::Error>> {
-    let root = SVGBackend::new(file, (1120, 460)).into_drawing_area();
-    root.fill(&WHITE)?;
-    let (left, right) = root.split_horizontally(560);
+/// Error and time against terms.
+fn plot(curves: &[Curve], file: &Path) -> Result<()> {
     let most = curves.iter().flat_map(|c| &c.rows).map(|row| row.terms as f64).fold(1.0, f64::max);
-    let colour = |i: usize| Palette99::pick(i).stroke_width(2);
-    let build = |area, title: &str, low: f64, high: f64| {
-        ChartBuilder::on(area)
-            .margin(8)
-            .caption(title, ("sans-serif", 18))
-            .x_label_area_size(36)
-            .y_label_area_size(60)
-            .build_cartesian_2d((30.0..most).log_scale(), (low..high).log_scale())
+    let lines = |of: &dyn Fn(&Row) -> f64, named: bool| -> Vec<Line> {
+        let line = |(i, curve): (usize, &Curve)| Line {
+            name: if named { curve.name.clone() } else { String::new() },
+            points: curve.rows.iter().map(|row| (row.terms as f64, of(row))).collect(),
+            style: Palette99::pick(i).stroke_width(2),
+        };
+        curves.iter().enumerate().map(line).collect()
     };
-    let mut chart = build(&left, "relative L2 error", 1e-4, 1.0)?;
-    chart.configure_mesh().x_desc("terms of 393210").light_line_style(TRANSPARENT).draw()?;
-    for (i, curve) in curves.iter().enumerate() {
-        let line = curve.rows.iter().map(|row| (row.terms as f64, row.error.max(1e-4)));
-        let series = chart.draw_series(LineSeries::new(line, colour(i)))?;
-        series.label(&curve.name).legend(move |(x, y)| PathElement::new([(x, y), (x + 16, y)], colour(i)));
-    }
-    chart
-        .configure_series_labels()
-        .border_style(BLACK)
-        .background_style(WHITE)
-        .position(SeriesLabelPosition::LowerLeft)
-        .draw()?;
-    let mut chart = build(&right, "microseconds", 1.0, 2e4)?;
-    chart.configure_mesh().x_desc("terms of 393210").light_line_style(TRANSPARENT).draw()?;
-    for (i, curve) in curves.iter().enumerate() {
-        let line = curve.rows.iter().map(|row| (row.terms as f64, row.us[0]));
-        chart.draw_series(LineSeries::new(line, colour(i)))?;
-    }
-    let levels = [
-        ("pixels", curves[0].pixels),
-        ("decompressed pixels", curves[0].decompressed),
-        ("linear algorithm", curves[0].linear),
-    ];
-    for ((name, us), grey) in levels.into_iter().zip([0, 70, 130, 180]) {
-        let colour = RGBColor(grey, grey, grey);
-        let series =
-            chart.draw_series(DashedLineSeries::new([(30.0, us), (most, us)], 6, 4, colour.stroke_width(2)))?;
-        series.label(name).legend(move |(x, y)| PathElement::new([(x, y), (x + 16, y)], colour.stroke_width(2)));
-    }
-    chart
-        .configure_series_labels()
-        .border_style(BLACK)
-        .background_style(WHITE)
-        .position(SeriesLabelPosition::LowerRight)
-        .draw()?;
-    Ok(root.present()?)
+    let first = &curves[0];
+    let levels =
+        [("pixels", first.pixels), ("decompressed pixels", first.decompressed), ("linear algorithm", first.linear)];
+    let mut times = lines(&|row| row.us[0], false);
+    times.extend(levels.into_iter().zip([0, 100, 170]).map(|((name, us), grey)| Line {
+        name: name.into(),
+        points: vec![(30.0, us), (most, us)],
+        style: RGBColor(grey, grey, grey).stroke_width(2),
+    }));
+    let chart = |title, low: f64, high: f64, key, lines| Chart {
+        title,
+        x: "terms of 393210",
+        ends: [[30.0, most], [low, high]],
+        logarithmic: true,
+        key,
+        lines,
+    };
+    let errors = lines(&|row| row.error.max(1e-4), true);
+    let error = chart("relative L2 error", 1e-4, 1.0, SeriesLabelPosition::LowerLeft, errors);
+    plot::save(file, [error, chart("microseconds", 1.0, 2e4, SeriesLabelPosition::LowerRight, times)])
 }
 
 /// A light on a domain.
@@ -235,9 +203,11 @@ impl Point {
     }
 }
 
+/// Bits of a position.
+pub const MORTON_BITS: u32 = 24;
+
 /// The pixels of a face in Morton order: what a renderer that stores wavelets pays before it can add up pixels.
 fn decompress(depth: u32, average: f64, list: &[raw::wis_wavelets], pixels: &mut [f32]) {
-    const MORTON_BITS: u32 = 24;
     pixels.fill(average as f32);
     for w in list {
         let quarter = pixels.len() >> (2 * w.level + 2);
@@ -351,11 +321,11 @@ fn curve(out: &mut String, scene: &Scene, light: &Lit, material: &Material) -> R
     let decompressed = decompression(&points, light)?;
     let squares: u32 = points.iter().flat_map(|p| p.visible_trees.iter().map(|tree| tree.info.squares)).sum();
     writeln!(out, "\n#### {}\n", material.name)?;
-    writeln!(
+    columns(
         out,
-        "| share kept | terms | relative L2 error | us | ns a term | us, in turns | one by one / this | eight at a time / this | decompressed / this |"
+        0,
+        "share kept | terms | relative L2 error | us | ns a term | us, in turns | one by one / this | eight at a time / this | decompressed / this",
     )?;
-    writeln!(out, "|---:|---:|---:|---:|---:|---:|---:|---:|---:|")?;
     let mut rows = Vec::new();
     for share in SHARES {
         let terms = (share * domain.wavelets() as f64).round() as usize;
@@ -398,11 +368,11 @@ fn sums(out: &mut String, curves: &[Curve], domain: Domain) -> Result<()> {
          eight at a time, must decompress first. Visibility is without loss, of {} squares.\n",
         domain.wavelets() / 3
     )?;
-    writeln!(
+    columns(
         out,
-        "| lobe | one by one | in turns | eight at a time | in turns | decompressed | linear algorithm | its error | squares of visibility |"
+        1,
+        "lobe | one by one | in turns | eight at a time | in turns | decompressed | linear algorithm | its error | squares of visibility",
     )?;
-    writeln!(out, "|---|---:|---:|---:|---:|---:|---:|---:|---:|")?;
     for Curve { name, scalar, pixels, decompressed, linear, turns, off, squares, .. } in curves {
         writeln!(
             out,

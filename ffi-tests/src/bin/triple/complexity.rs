@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use std::fmt::Write;
-use wis_ffi_tests::paper::{Paper, Verdict};
+use wis_ffi_tests::paper::{Paper, Verdict, columns};
 
 /// What counts as 0 in an integral of orthonormal functions.
 const ZERO: f64 = 1e-9;
@@ -11,7 +11,7 @@ const ZERO: f64 = 1e-9;
 /// order and its count.
 struct Basis {
     name: &'static str,
-    counts: Vec<[f64; 2]>,
+    counts: [[f64; 2]; 3],
     order: &'static str,
     /// The count over this is constant if the order holds.
     growth: fn(f64) -> f64,
@@ -24,54 +24,33 @@ struct Basis {
 pub fn write(page: &mut Paper) -> Result<()> {
     let squares = |side: usize| (side * side) as f64;
     let enumerated = |functions: Vec<Vec<f64>>| [functions.len() as f64, enumerate(&functions) as f64];
+    let basis = |name, counts, order, growth: fn(f64) -> f64, paper: fn(f64) -> f64, operations| Basis {
+        name,
+        counts,
+        order,
+        growth,
+        paper,
+        operations,
+    };
+    let harmonics = |n: f64| 0.45 * n.powf(2.5) + 0.25 * n.powf(1.5) + 0.3 * n.sqrt();
+    let random = [8, 16, 32].map(|n| enumerated(random_basis(n)));
+    let units = [4, 16, 64].map(|n| enumerated(unit_basis(n)));
+    let waves = [3, 9, 15].map(|side| [squares(side), fourier(side as i64).pow(2) as f64]);
+    let degrees = [3, 7, 15].map(|degree| [squares(degree + 1), selected(degree as i64, true) as f64]);
+    let haar = [1, 2, 3].map(|depth| enumerated(haar_basis(depth)));
     let bases = [
-        Basis {
-            name: "general (random orthonormal)",
-            counts: [8, 16, 32].map(|n| enumerated(random_basis(n))).to_vec(),
-            order: "N^3",
-            growth: |n| n.powi(3),
-            paper: |n| n.powi(3),
-            operations: 4.0,
-        },
-        Basis {
-            name: "pixels",
-            counts: [4, 16, 64].map(|n| enumerated(unit_basis(n))).to_vec(),
-            order: "N",
-            growth: |n| n,
-            paper: |n| n,
-            operations: 3.0,
-        },
-        Basis {
-            name: "Fourier, 2D",
-            counts: [3, 9, 15].map(|side| [squares(side), fourier(side as i64).pow(2) as f64]).to_vec(),
-            order: "N^2",
-            growth: |n| n * n,
-            paper: |n| (1.0 + 3.0 * n).powi(2) / 16.0,
-            operations: 3.0,
-        },
-        Basis {
-            name: "spherical harmonics",
-            counts: [3, 7, 15].map(|degree| [squares(degree + 1), selected(degree as i64, true) as f64]).to_vec(),
-            order: "N^(5/2)",
-            growth: |n| n.powf(2.5),
-            paper: |n| 0.45 * n.powf(2.5) + 0.25 * n.powf(1.5) + 0.3 * n.sqrt(),
-            operations: 4.0,
-        },
-        Basis {
-            name: "Haar, 2D",
-            counts: [1, 2, 3].map(|depth| enumerated(haar_basis(depth))).to_vec(),
-            order: "N log N",
-            growth: |n| n * n.ln(),
-            paper: |n| 2.0 - n + 3.0 * n * n.log(4.0),
-            operations: 3.0,
-        },
+        basis("general (random orthonormal)", random, "N^3", |n| n.powi(3), |n| n.powi(3), 4.0),
+        basis("pixels", units, "N", |n| n, |n| n, 3.0),
+        basis("Fourier, 2D", waves, "N^2", |n| n * n, |n| (1.0 + 3.0 * n).powi(2) / 16.0, 3.0),
+        basis("spherical harmonics", degrees, "N^(5/2)", |n| n.powf(2.5), harmonics, 4.0),
+        basis("Haar, 2D", haar, "N log N", |n| n * n.ln(), |n| 2.0 - n + 3.0 * n * n.log(4.0), 3.0),
     ];
-    writeln!(page.text, "\n## Complexity (Section 4.6)\n\n{TEXT}")?;
-    writeln!(
-        page.text,
-        "| basis | N | enumerated | the paper's count | its operations | enumerated / order | order |"
+    page.heading("Complexity (Section 4.6)")?;
+    columns(
+        &mut page.text,
+        1,
+        "basis | N | enumerated | the paper's count | its operations | enumerated / order | order",
     )?;
-    writeln!(page.text, "|---|---:|---:|---:|---:|---:|---|")?;
     for basis in &bases {
         for &[n, count] in &basis.counts {
             let (name, order, paper) = (basis.name, basis.order, (basis.paper)(n));
@@ -100,7 +79,8 @@ const SQUARE: u64 = 21 + 14 + 2;
 
 /// The counts of Haar functions for large N.
 fn large(out: &mut String) -> Result<()> {
-    writeln!(out, "\n{LARGE}\n\n| N | ordered | unordered | paper |\n|---:|---:|---:|---:|")?;
+    writeln!(out, "\n{LARGE}\n")?;
+    columns(out, 0, "N | ordered | unordered | paper")?;
     for depth in 1..=8u64 {
         let n = 1u64 << (2 * depth);
         let ordered = 8 + 9 * n * depth - 7 * n;
@@ -115,16 +95,14 @@ fn claims(page: &mut Paper, bases: &[Basis]) {
         let constants: Vec<f64> = basis.counts.iter().skip(1).map(|[n, count]| count / (basis.growth)(*n)).collect();
         constants[1] / constants[0]
     };
-    page.claims.add(
-        "tripling coefficients that are not 0: O(N^3), O(N), O(N^2), O(N^(5/2)), O(N log N) (Section 4.6)",
-        "the table",
+    page.claims.holds(
+        "tripling coefficients that are not 0: O(N^3), O(N), O(N^2), O(N^(5/2)), O(N log N) (Section 4.6) | the table",
         bases
             .iter()
             .map(|b| format!("{}: count / {} changes by {:.2}x", b.name, b.order, spread(b)))
             .collect::<Vec<_>>()
             .join(", "),
         bases.iter().all(|basis| (0.75..1.35).contains(&spread(basis))),
-        "",
     );
     for (at, equation, cause) in [
         (2, "Fourier, Eq. 13", String::new()),
@@ -142,23 +120,16 @@ fn claims(page: &mut Paper, bases: &[Basis]) {
             basis.counts.iter().map(|[n, count]| format!("{count} for N = {n} (paper: {})", (basis.paper)(*n))).collect();
         let holds = basis.counts.iter().all(|[n, count]| ((basis.paper)(*n) - count).abs() < 0.5);
         let verdict = Verdict::Refuted.unless(holds);
-        page.claims.add(&format!("exact count of {equation}"), "a formula", pairs.join(", "), verdict, &cause);
+        page.claims.add(&format!("exact count of {equation} | a formula"), pairs.join(", "), verdict, &cause);
     }
     let (n, squares) = (65536.0, 21845.0);
     let ours = (SQUARE as f64 * squares + 2.0) / n;
-    page.claims.add(
-        "the linear algorithm takes 13 N operations (5.2)",
-        "13 N; its pseudo-code, counted, 19.3 N, and factored 16.3 N",
+    page.claims.holds(
+        "the linear algorithm takes 13 N operations (5.2) | 13 N; its pseudo-code, counted, 19.3 N, and factored 16.3 N",
         format!("{ours:.1} N: averages are stored, so that parent sums are free"),
         ours <= 13.0,
-        "",
     );
 }
-
-const TEXT: &str = "Ordered triples of N functions whose integral is not 0. Functions of general, pixel and Haar bases are multiplied and
-summed up; Fourier and harmonics are enumerated by the rules of their integrals. The last column but one is constant where the
-order holds.
-";
 
 const LARGE: &str = "Haar functions on larger squares, by 8 - 7 N + 9 N log4 N, and unordered; the paper's Eq. 19 is 2 - N + 3 N log4 N.";
 

@@ -4,6 +4,7 @@ use anyhow::Result;
 use glam::{Mat3, Vec3};
 use wis_ffi_tests::client::{Tree, raw};
 use wis_ffi_tests::light::Light;
+use wis_ffi_tests::packed::energy;
 
 /// Look-ups along an axis of a pixel that light is averaged over.
 const FINE: usize = 4;
@@ -95,11 +96,6 @@ impl Domain {
 
 /// Wavelets of each face.
 pub type Lists = Vec<Vec<raw::wis_wavelets>>;
-
-/// The sum of the squares of the orthonormal coefficients of a square: value space weighted by area.
-pub fn energy(w: &raw::wis_wavelets) -> f64 {
-    w.detail.iter().map(|d| f64::from(*d).powi(2)).sum::<f64>() * 0.25f64.powi(w.level as i32)
-}
 
 /// The largest of all faces' squares, by the rule of WIS_SELECT_SQUARES.
 pub fn largest(mut lists: Lists, keep: usize) -> Lists {

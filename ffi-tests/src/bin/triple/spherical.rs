@@ -5,7 +5,8 @@ use std::fmt::Write;
 use wis_ffi_tests::client::Tree;
 use wis_ffi_tests::data;
 use wis_ffi_tests::light::octahedral_direction;
-use wis_ffi_tests::paper::Paper;
+use wis_ffi_tests::packed::energy;
+use wis_ffi_tests::paper::{Paper, columns};
 
 /// Pixels of the lights.
 const DEPTH: u32 = 7;
@@ -24,16 +25,15 @@ const BEHIND: f64 = 2.0;
 
 /// Writes the section.
 pub fn write(page: &mut Paper) -> Result<()> {
+    page.heading("Approximation in three bases (Section 6.1)")?;
     let out = &mut page.text;
-    writeln!(out, "\n## Approximation in three bases (Section 6.1)\n\n{TEXT}")?;
     let mut compared = Vec::new();
     let basis = basis();
     for name in LIGHTS {
         let light = data::light(name)?;
         let pixels = light.on_octahedron(SIDE, 4, |world| world);
         writeln!(out, "### {}\n", light.name)?;
-        writeln!(out, "| terms | of all | pixels | harmonics, lowest | harmonics, largest | Haar, largest |")?;
-        writeln!(out, "|---:|---:|---:|---:|---:|---:|")?;
+        columns(out, 0, "terms | of all | pixels | harmonics, lowest | harmonics, largest | Haar, largest")?;
         compared.push((light.name.clone(), table(out, &pixels, &basis)?));
         writeln!(out)?;
     }
@@ -55,9 +55,8 @@ fn claim(page: &mut Paper, compared: &[(String, Vec<(usize, Errors)>)]) {
     let before = rows().filter(|(terms, _)| *terms < COMPARED).map(|(_, errors)| ratio(*errors)).fold(0.0, f64::max);
     let list = |k: usize| first().map(|errors| format!("{:.3}", errors[k])).collect::<Vec<_>>().join(", ");
     let names = compared.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(", ");
-    page.claims.add(
-        "wavelets approximate lights of all frequencies, pixels and harmonics do not (6.1)",
-        "curves",
+    page.claims.holds(
+        "wavelets approximate lights of all frequencies, pixels and harmonics do not (6.1) | curves",
         format!(
             "error with {COMPARED} terms of {names}: wavelets {}; pixels {}; harmonics {}; from there on, wavelets are off at most {worst:.2} \
              times as much as the better of the others",
@@ -66,17 +65,11 @@ fn claim(page: &mut Paper, compared: &[(String, Vec<(usize, Errors)>)]) {
             list(1)
         ),
         worst <= FOLLOWS && behind(0) >= BEHIND && behind(1) >= BEHIND,
-        "",
     );
     page.text += &format!(
         "With fewer than {COMPARED} terms, wavelets are up to {before:.1} times as far off as the better of the others.\n"
     );
 }
-
-const TEXT: &str = "Relative L2 error of a light of 128 x 128 pixels by its largest pixels, by spherical harmonics, and by its largest
-wavelets. Harmonics are all up to a degree, or the largest of 1600. The paper: harmonics cannot follow all frequencies, pixels need
-nearly all of them for wide lights, wavelets do both.
-";
 
 /// The real spherical harmonics at the pixels, pixel by pixel.
 fn basis() -> Vec<Vec<f64>> {
@@ -142,10 +135,7 @@ fn table(out: &mut String, pixels: &[f32], basis: &[Vec<f64>]) -> Result<Vec<(us
         let rest: f64 = bright.iter().skip(terms).sum();
         // The mean is one of the terms.
         let kept = tree.largest(terms as u32 - 1)?;
-        let energy: f64 = kept
-            .iter()
-            .map(|w| w.detail.iter().map(|d| f64::from(*d).powi(2)).sum::<f64>() * 0.25f64.powi(w.level as i32))
-            .sum();
+        let energy: f64 = kept.iter().map(energy).sum();
         let haar = (1.0 - (tree.info.average.powi(2) + energy) * count / total).max(0.0).sqrt();
         let (by_pixels, by_lowest, by_largest) =
             ((rest / total).sqrt(), harmonic(&lowest[..terms]), harmonic(&order[..terms]));

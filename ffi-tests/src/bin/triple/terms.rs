@@ -4,7 +4,6 @@ use crate::approximation::by_pixels;
 use crate::domain::{self, Domain, Lists};
 use crate::fields::{Material, inputs, materials};
 use crate::relighting::seen;
-use crate::threads::on_threads;
 use anyhow::Result;
 use glam::{Mat3, Vec3};
 use std::collections::HashSet;
@@ -13,8 +12,9 @@ use wis_ffi_tests::client::{Tree, raw};
 use wis_ffi_tests::data;
 use wis_ffi_tests::images::displayed_difference;
 use wis_ffi_tests::light::Light;
-use wis_ffi_tests::paper::{Paper, VISIBLE};
+use wis_ffi_tests::paper::{Paper, VISIBLE, columns};
 use wis_ffi_tests::scene::{Scene, ShadingPoint, View};
+use wis_ffi_tests::threads::on_threads;
 
 /// Columns and rows of pixels between the points, and the part of the picture that is drawn.
 const STEP: u32 = 12;
@@ -33,19 +33,15 @@ type Values = [[f64; 3]; SHARES.len() * SHARES.len() + 1];
 
 /// Writes the section: columns of light, rows of BRDF.
 pub fn write(page: &mut Paper, light: &Light) -> Result<()> {
-    let (table, colours) = inputs(light)?;
+    let (table, colours) = inputs()?;
     let materials = &materials(&table)[..2];
     let domain = Domain::cube(DEPTH);
     let mut scene = data::scene("spot.obj", View::Image(STEP))?;
     scene.points.retain(|p| (0..2).all(|k| (LOW[k]..HIGH[k]).contains(&p.pixel[k])));
     let kept = Channel::squares(domain, light)?;
     let channels = colours.iter().map(|colour| Channel::new(domain, colour, &kept)).collect::<Result<Vec<_>>>()?;
-    writeln!(
-        page.text,
-        "\n## Pictures by the number of terms (Fig. 4)\n\n{TEXT}\n{} points, {}.",
-        scene.points.len(),
-        light.name
-    )?;
+    page.heading("Pictures by the number of terms (Fig. 4)")?;
+    writeln!(page.text, "{} points, {}.", scene.points.len(), light.name)?;
     let directions = domain.directions();
     let frame = Frame { domain, directions: &directions, scene: &scene, channels: &channels, materials };
     let values = on_threads(&scene.points, |point| frame.values(point))?;
@@ -60,12 +56,8 @@ pub fn write(page: &mut Paper, light: &Light) -> Result<()> {
             let squares: f64 = values.iter().zip(&exact).map(|(a, b)| (a - b).powi(2)).sum();
             [(squares / norm).sqrt(), displayed_difference(&exact, &values)]
         };
-        writeln!(
-            page.text,
-            "\n### {}\n\n| BRDF, light | {} |\n|---|---:|---:|---:|",
-            material.name,
-            NAMES.join(" | ")
-        )?;
+        writeln!(page.text, "\n### {}\n", material.name)?;
+        columns(&mut page.text, 1, &format!("BRDF, light | {}", NAMES.join(" | ")))?;
         for (row, name) in NAMES.iter().enumerate() {
             let cell = |column: usize| {
                 let [error, displayed] = errors(row * SHARES.len() + column);
@@ -77,9 +69,8 @@ pub fn write(page: &mut Paper, light: &Light) -> Result<()> {
         let percent = |[error, displayed]: [f64; 2]| {
             format!("{:.1} % of white (error {:.1} %)", 100.0 * displayed, 100.0 * error)
         };
-        page.claims.add(
-            &format!("0.1 to 1 % of BRDF and light are very close to a reference, {} (8.1)", material.name),
-            "pictures",
+        page.claims.holds(
+            &format!("0.1 to 1 % of BRDF and light are very close to a reference, {} (8.1) | pictures", material.name),
             format!(
                 "displayed difference {} with 0.1 %, {} with 1 %, {} with 0.01 %",
                 percent(coarse),
@@ -88,16 +79,10 @@ pub fn write(page: &mut Paper, light: &Light) -> Result<()> {
             ),
             // What is required lies between both: the upper end is enough.
             fine[1] <= VISIBLE,
-            "",
         );
     }
     Ok(())
 }
-
-const TEXT: &str = "Spot, close up, at the paper's 6 x 256 x 256 pixels. Squares of the light are kept across, of the BRDF of each point down, as a
-share of 393210 wavelets; of visibility all. Each point has a BRDF of its own. The three colours of the light keep the squares of the
-luminance. Relative L2 errors of the luminance, and displayed differences:
-";
 
 /// Squares of all faces: face, position and level.
 type Squares = HashSet<(usize, u32, u32)>;

@@ -7,7 +7,7 @@ use wis_ffi_tests::client::{self, Block, Density, Tree};
 use wis_ffi_tests::data;
 use wis_ffi_tests::images::Sheet;
 use wis_ffi_tests::material::{Bsdf, Material};
-use wis_ffi_tests::paper::{Paper, Verdict};
+use wis_ffi_tests::paper::{Paper, Verdict, columns};
 use wis_ffi_tests::points;
 use wis_ffi_tests::processor;
 use wis_ffi_tests::scene::View;
@@ -28,9 +28,8 @@ const BRIGHTEST: f64 = 0.01;
 pub fn one_point(page: &mut Paper, lit: &Lit) -> Result<()> {
     const SAMPLES: usize = 100;
     let raster = Raster::new(&lit.light);
-    writeln!(page.text, "\n## One point, 100 samples (Fig. 1)\n\n{ONE_POINT}")?;
-    writeln!(page.text, "| material | BRDF | environment | product | multiply, us | warp 100 points, us |")?;
-    writeln!(page.text, "|---|---:|---:|---:|---:|---:|")?;
+    page.heading("One point, 100 samples (Fig. 1)")?;
+    columns(&mut page.text, 1, "material | BRDF | environment | product | multiply, us | warp 100 points, us")?;
     let mut rows = Vec::new();
     for material in [
         data::measured("acryl_blue.brdf")?,
@@ -65,19 +64,15 @@ pub fn one_point(page: &mut Paper, lit: &Lit) -> Result<()> {
     let list = |cell: &dyn Fn(&[f64; 4]) -> String| {
         rows.iter().map(|(name, row)| format!("{name} {}", cell(row))).collect::<Vec<_>>().join(", ")
     };
-    page.claims.add(
-        "100 samples of the product at a point in 0.1 ms (Fig. 1)",
-        "0.1 ms, acrylic blue",
+    page.claims.holds(
+        "100 samples of the product at a point in 0.1 ms (Fig. 1) | 0.1 ms, acrylic blue",
         list(&|row| format!("{:.0} us", row[3])),
         rows.iter().all(|row| row.1[3] <= TENTH),
-        "",
     );
-    page.claims.add(
-        "the product is a better density than BRDF or map (Fig. 1)",
-        "pictures",
+    page.claims.holds(
+        "the product is a better density than BRDF or map (Fig. 1) | pictures",
         list(&|row| format!("variance {:.2} (BRDF {:.0}, map {:.0})", row[2], row[0], row[1])),
         rows.iter().all(|row| row.1[2] < row.1[0].min(row.1[1])),
-        "",
     );
     drawn(page, lit)
 }
@@ -133,8 +128,8 @@ fn colours(lit: &Lit, factor: Option<&[f32]>) -> Vec<[f64; 3]> {
 /// Fig. 4.
 pub fn point_sets(page: &mut Paper, lit: &Lit) -> Result<()> {
     const POINTS: usize = 256;
-    writeln!(page.text, "\n## Point sets (Fig. 4)\n\n{POINT_SETS}")?;
-    writeln!(page.text, "| function | points | before | after, by area | after, by mass |\n|---|---|---:|---:|---:|")?;
+    page.heading("Point sets (Fig. 4)")?;
+    columns(&mut page.text, 2, "function | points | before | after, by area | after, by mass")?;
     let light = lit.light.on_octahedron(SIDE, 4, |world| world);
     let bsdf = Bsdf::new(&Material::ggx(0.5), &tilted());
     let brdf: Vec<f32> = (0..SIDE * SIDE).map(|i| bsdf.eval_one(middle(i, SIDE)).0).collect();
@@ -177,8 +172,7 @@ pub fn point_sets(page: &mut Paper, lit: &Lit) -> Result<()> {
         100.0 * BRIGHTEST
     )?;
     page.claims.add(
-        "the warp keeps the quality of the points (Fig. 4)",
-        "pictures",
+        "the warp keeps the quality of the points (Fig. 4) | pictures",
         format!(
             "discrepancy of 256 points by mass: Hammersley {:.3} and {:.3}, random {:.3} and {:.3}",
             after_all[0][1], after_all[1][1], after_all[0][0], after_all[1][0]
@@ -194,8 +188,8 @@ pub fn convergence(page: &mut Paper, lit: &Lit) -> Result<()> {
     const COUNTS: [usize; 10] = [1, 2, 4, 8, 16, 32, 64, 128, 256, 512];
     let scene = data::scene("spot.obj", View::Points(300))?;
     let material = Material::lambert();
-    writeln!(page.text, "\n## Variance against samples (Fig. 6)\n\n{CONVERGENCE}")?;
-    writeln!(page.text, "| samples | random | Hammersley | Owen-scrambled Sobol |\n|---:|---:|---:|---:|")?;
+    page.heading("Variance against samples (Fig. 6)")?;
+    columns(&mut page.text, 0, "samples | random | Hammersley | Owen-scrambled Sobol")?;
     let mut errors = [[0.0; 3]; COUNTS.len()];
     for (number, point) in (0..).zip(&scene.points) {
         let product = material.prepare(&lit.integrated, point)?;
@@ -228,8 +222,7 @@ pub fn convergence(page: &mut Paper, lit: &Lit) -> Result<()> {
         |samples: usize| variances[COUNTS.iter().position(|count| *count == samples).expect("a count of the table")];
     let ([random, few, _], [many, ..]) = (at(64), at(512));
     page.claims.add(
-        "64 Hammersley points have less variance than 512 random ones (Fig. 6)",
-        "yes, in St. Peter's",
+        "64 Hammersley points have less variance than 512 random ones (Fig. 6) | yes, in St. Peter's",
         format!("64 Hammersley {few:.5}, 512 random {many:.5}"),
         Verdict::Untested.unless(few < many),
         &format!(
@@ -240,20 +233,6 @@ pub fn convergence(page: &mut Paper, lit: &Lit) -> Result<()> {
     );
     Ok(())
 }
-
-const ONE_POINT: &str = "Variance of one sample of each density, relative to the square of the unshadowed integral. Sums over the map's light on
-512 x 512 directions are exact. Times are the fastest of 200. The material acryl_blue is Cornell's
-measurement of acrylic blue, the paper's material. The map is the paper's Grace cathedral.
-";
-
-const POINT_SETS: &str = "256 points, warped by a tree of 128 x 128. Discrepancy by area: the largest difference between the share of points and of area,
-over 4096 boxes at the origin. Discrepancy by mass: the same with the function's mass in place of area, which the warp should keep
-low.
-";
-
-const CONVERGENCE: &str = "Spot and ground under Grace cathedral, Lambert, 300 points: the mean squared relative deviation from the estimate with 32,768 points.
-Hammersley points are rotated by a random vector at each pixel. The paper's map (St. Peter's) and scene are not at hand.
-";
 
 /// Numbers from a congruential generator.
 fn random(seed: u32, count: usize) -> Vec<[f32; 2]> {

@@ -11,7 +11,6 @@ mod rotated;
 
 use anyhow::Result;
 use glam::Vec3;
-use std::path::Path;
 use wis_ffi_tests::client;
 use wis_ffi_tests::data;
 use wis_ffi_tests::light::{Light, octahedral_direction};
@@ -22,6 +21,7 @@ use wis_ffi_tests::processor;
 use wis_ffi_tests::product::{Product, Rotations};
 use wis_ffi_tests::scene::{Scene, ShadingPoint};
 use wis_ffi_tests::structured::Picture;
+use wis_ffi_tests::threads::on_threads;
 
 /// log2 of the pixels along an axis of the paper's trees.
 const DEPTH: u32 = 6;
@@ -30,13 +30,14 @@ const DEPTH: u32 = 6;
 type Section = fn(&mut Paper, &Lit) -> Result<()>;
 
 fn main() -> Result<()> {
-    let mut page = Paper::from_arguments("wavelets")?;
+    let mut page = Paper::from_arguments("wavelets", include_str!("page.md"))?;
     let lit = Lit::load("grace_latlong.exr")?;
-    let sections: [(&str, Section); 8] = [
+    let sections: [(&str, Section); 9] = [
         ("point", figures::one_point),
         ("sets", figures::point_sets),
         ("variance", figures::convergence),
         ("buddha", buddha::write),
+        ("picture", buddha::picture_of),
         ("compression", |page, lit| {
             compression::write(page, lit)?;
             reparameterisation::write(page, &data::all_brdfs()?)
@@ -48,16 +49,8 @@ fn main() -> Result<()> {
     for (name, section) in sections {
         page.section(name, |page| section(page, &lit))?;
     }
-    page.write("Wavelet importance sampling", INTRODUCTION)
+    page.write()
 }
-
-const INTRODUCTION: &str = "Clarberg et al. 2005, \"Wavelet Importance Sampling: Efficiently Evaluating Products of Complex Functions\", claim by
-claim. Maps rotated to 64 x 64 directions are `WIS_TREE_ENVIRONMENT`, products of trees `WIS_TREE_PRODUCT`, the hierarchical warp is
-`wis_warp_in_place`. At a point the product is that of the nearest rotated map and of the BRDF over the square of its frame, 64 x 64
-pixels each. Its samples are weighed as in the paper (Eq. 11): the integral of the product, times the share of the samples that is seen.
-Where nothing hides the light, there is no noise; what the trees lack is a bias. Times are of a processor, without what the paper tabulates:
-rotated maps, and BRDFs in their frames. Written by `make wavelets` at {commit}.
-";
 
 /// A light with its colours, as a renderer holds it.
 pub struct Lit {
@@ -72,9 +65,7 @@ impl Lit {
     /// A map beside the project, or the project's room.
     pub fn load(name: &str) -> Result<Lit> {
         let light = data::light(name)?;
-        let path = Path::new(data::FOLDER).join("envmaps").join(name);
-        let colours =
-            if path.exists() { Light::load_channels(&path)? } else { [light.clone(), light.clone(), light.clone()] };
+        let colours = data::colours(name)?;
         let map = Rotations::new(light.tables(0, 0.0)?)?;
         let integrated = Rotations::integrated(light.tables(0, 0.0)?, DEPTH)?;
         Ok(Lit { light, colours, map, integrated })
@@ -107,29 +98,20 @@ pub fn by_product(scene: &Scene, material: &Material, map: &Rotations, count: us
 /// The same in the colours of the light, on two threads: luminance, and red, green and blue. Samples are those of the luminance, each
 /// times the hue of the light (Section 6.1).
 pub fn in_colour(scene: &Scene, material: &Material, lit: &Lit, count: usize) -> Result<(Vec<f64>, Vec<[f32; 3]>)> {
-    let shade = |points: &[ShadingPoint]| -> Result<Vec<(f64, [f32; 3])>> {
+    let all = on_threads(&scene.points, |point| {
         let (mut u, mut wi) = (vec![[0.0; 2]; count], Vec::new());
-        let each = |point: &ShadingPoint| -> Result<(f64, [f32; 3])> {
-            let product = material.prepare(&lit.integrated, point)?;
-            points::sobol(client::pixel_seed(point.pixel, 0), 0, &mut u);
-            product.warp(&mut u, &mut wi)?;
-            let share = product.integral / count as f64;
-            let (mut sum, mut rgb) = (0.0, [0.0; 3]);
-            for &wi in wi.iter().filter(|wi| wi.dot(point.normal) > 0.0 && scene.visible(point, **wi)) {
-                sum += share;
-                let hue = share as f32 / lit.light.radiance(wi).max(f32::MIN_POSITIVE);
-                rgb.iter_mut().zip(&lit.colours).for_each(|(sum, c)| *sum += hue * c.radiance(wi));
-            }
-            Ok((sum, rgb))
-        };
-        points.iter().map(each).collect()
-    };
-    let (first, second) = scene.points.split_at(scene.points.len() / 2);
-    let [mut all, rest] = std::thread::scope(|threads| {
-        let other = threads.spawn(|| shade(second));
-        Ok::<_, anyhow::Error>([shade(first)?, other.join().expect("a thread that does not panic")?])
+        let product = material.prepare(&lit.integrated, point)?;
+        points::sobol(client::pixel_seed(point.pixel, 0), 0, &mut u);
+        product.warp(&mut u, &mut wi)?;
+        let share = product.integral / count as f64;
+        let (mut sum, mut rgb) = (0.0, [0.0; 3]);
+        for &wi in wi.iter().filter(|wi| wi.dot(point.normal) > 0.0 && scene.visible(point, **wi)) {
+            sum += share;
+            let hue = share as f32 / lit.light.radiance(wi).max(f32::MIN_POSITIVE);
+            rgb.iter_mut().zip(&lit.colours).for_each(|(sum, c)| *sum += hue * c.radiance(wi));
+        }
+        Ok((sum, rgb))
     })?;
-    all.extend(rest);
     Ok(all.into_iter().unzip())
 }
 

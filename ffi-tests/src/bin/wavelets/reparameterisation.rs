@@ -9,7 +9,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::fmt::Write;
 use wis_ffi_tests::client::Tree;
 use wis_ffi_tests::data::{Brdf, Value};
-use wis_ffi_tests::paper::{Paper, Verdict};
+use wis_ffi_tests::paper::{Paper, Verdict, columns};
 
 const SLICES: u32 = 16;
 const DEPTH: u32 = 6;
@@ -30,11 +30,11 @@ impl Row {
 
 /// Writes the section.
 pub fn write(page: &mut Paper, brdfs: &[Brdf]) -> Result<()> {
-    writeln!(page.text, "\n### Reparameterisation\n\n{TEXT}")?;
-    writeln!(
-        page.text,
-        "| BRDF | mirror: 2 % of the coefficients | between slices | both | normal: 2 % of the coefficients | between slices | both |\n\
-         |---|---:|---:|---:|---:|---:|---:|"
+    page.heading("Reparameterisation")?;
+    columns(
+        &mut page.text,
+        1,
+        "BRDF | mirror: 2 % of the coefficients | between slices | both | normal: 2 % of the coefficients | between slices | both",
     )?;
     let phong = |wo: DVec3, wi: DVec3| dvec3(-wo.x, -wo.y, wo.z).dot(wi).max(0.0).powi(50) * wi.z.max(0.0);
     let lobe = Brdf { name: "Phong 50".into(), value: Box::new(phong), channels: None };
@@ -52,8 +52,7 @@ pub fn write(page: &mut Paper, brdfs: &[Brdf]) -> Result<()> {
     let lower = measured.iter().filter(|row| row.whole(0) < row.whole(1)).count();
     let ratio = |row: &Row| row.whole(0) / row.whole(1);
     page.claims.add(
-        "reparameterisation about the mirror direction makes tables compact",
-        "\"combined with reparameterization, allows us to store general BRDFs in around 300 kB\"",
+        "reparameterisation about the mirror direction makes tables compact | \"combined with reparameterization, allows us to store general BRDFs in around 300 kB\"",
         format!(
             "at the same size the error of a table is lower for {lower} of {} materials; that of a lobe alone (Phong 50) is {:.1} times that about the normal",
             measured.len(),
@@ -75,16 +74,20 @@ fn frame(value: &Value, frame: impl Fn(f64) -> DMat3) -> Result<[f64; 2]> {
     Ok([sparse(&trees, DEPTH, TWO_PERCENT)?.1, interpolated(&fine)])
 }
 
-/// The BRDF of a view, below the horizon its image above.
+/// The BRDF without cosine, below the horizon its image above.
+pub fn bare(value: &Value, wo: DVec3, wi: DVec3) -> f64 {
+    let wi = dvec3(wi.x, wi.y, wi.z.abs().max(GRAZING)).normalize();
+    value(wo, wi) / wi.z
+}
+
+/// Its pixels for a view.
 fn slice(value: &Value, number: u32, frame: impl Fn(f64) -> DMat3) -> Vec<f32> {
     let (side, places) = (1usize << DEPTH, PLACES as usize);
     let view = FRAC_PI_2 * (f64::from(number) + 0.5) / f64::from(3 * SLICES);
     let (wo, turn) = (dvec3(view.sin(), 0.0, view.cos()), frame(view));
     let place = |i: usize, k: usize| {
         let (row, column) = (places * (i / side) + k / places, places * (i % side) + k % places);
-        let wi = turn * middle(row * places * side + column, places * side).as_dvec3();
-        let wi = dvec3(wi.x, wi.y, wi.z.abs().max(GRAZING)).normalize();
-        value(wo, wi) / wi.z
+        bare(value, wo, turn * middle(row * places * side + column, places * side).as_dvec3())
     };
     let mean = |i: usize| (0..places * places).map(|k| place(i, k)).sum::<f64>() / (places * places) as f64;
     (0..side * side).map(|i| mean(i) as f32).collect()
@@ -103,9 +106,3 @@ fn interpolated(fine: &[Vec<f32>]) -> f64 {
     }
     (squares / whole).sqrt()
 }
-
-const TEXT: &str = "16 slices of 64 x 64 of the BRDF without cosine, in two frames: about the mirror direction and about the normal. The mirror
-direction stands beside the middle of the square, where four quadrants of the Haar tree meet and a lobe takes the most coefficients.
-*Between slices*: the error a third of the way to the next elevation, by interpolation. A table has both errors; the root of the sum of
-their squares is taken.
-";

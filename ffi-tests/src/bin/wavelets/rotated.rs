@@ -1,7 +1,6 @@
 //! The paper's own system: the map turned about every direction of a grid, and BRDF tables for two dimensions of the view
 //! in that frame; built and measured.
 
-use crate::compression::range;
 use crate::{Lit, middle, relative_variance, tilted};
 use anyhow::Result;
 use glam::{Mat3, Vec3};
@@ -12,11 +11,11 @@ use wis_ffi_tests::data;
 use wis_ffi_tests::environment::Environment;
 use wis_ffi_tests::light::Light;
 use wis_ffi_tests::material::{Bsdf, Material};
-use wis_ffi_tests::paper::Paper;
+use wis_ffi_tests::paper::{Paper, columns, range};
 use wis_ffi_tests::scene::ShadingPoint;
 use wis_ffi_tests::structured::Raster;
+use wis_ffi_tests::threads::on_threads;
 
-const THREADS: usize = 2;
 /// The variance that pruning may add.
 const BUDGET: f32 = 0.01;
 /// Pixels are no darker than this share of the mean, so that the product's pdf is above 0.
@@ -49,27 +48,18 @@ const HOUR: f64 = 3600.0;
 
 /// Writes the section.
 pub fn write(page: &mut Paper, lit: &Lit) -> Result<()> {
+    page.heading("The map rotated to every direction (Sections 6.1 and 7)")?;
     let (light, environment, out) = (&lit.light, &lit.map.environment, &mut page.text);
     let mut built = Vec::new();
-    writeln!(out, "\n## The map rotated to every direction (Sections 6.1 and 7)\n\n{TEXT}")?;
-    writeln!(out, "| directions x pixels | trees | seconds | MB | without pruning, MB |\n|---|---:|---:|---:|---:|")?;
+    columns(out, 1, "directions x pixels | trees | seconds | MB | without pruning, MB")?;
     for (grid, depth) in [(64u32, 6u32), (128, 7)] {
         let start = Instant::now();
         let cells: Vec<u32> = (0..grid * grid).step_by(EVERY).collect();
-        let sizes = std::thread::scope(|scope| {
-            let work = |part| {
-                scope.spawn(move || -> Result<u64> {
-                    let mut bytes = 0;
-                    for &cell in <[u32]>::iter(part) {
-                        let direction = Vec3::from_array(client::grid_direction(grid, cell)?);
-                        bytes += turned(environment, direction, depth)?.info.bytes;
-                    }
-                    Ok(bytes)
-                })
-            };
-            let threads: Vec<_> = cells.chunks(cells.len().div_ceil(THREADS)).map(work).collect();
-            threads.into_iter().map(|t| t.join().expect("no panic")).sum::<Result<u64>>()
+        let sizes = on_threads(&cells, |&cell| {
+            let direction = Vec3::from_array(client::grid_direction(grid, cell)?);
+            Ok(turned(environment, direction, depth)?.info.bytes)
         })?;
+        let sizes = sizes.iter().sum::<u64>();
         let (sizes, seconds) = (EVERY as u64 * sizes, EVERY as f64 * start.elapsed().as_secs_f64());
         let whole = f64::from(grid * grid) * f64::from((1u32 << (2 * depth)) - 1) / 3.0 * 24.0 / 1e6;
         let (side, count, mb) = (1 << depth, grid * grid, sizes as f64 / 1e6);
@@ -78,19 +68,15 @@ pub fn write(page: &mut Paper, lit: &Lit) -> Result<()> {
     }
     let rows = compare(out, light, environment)?;
     let list = built.iter().map(|(grid, seconds, mb)| format!("{grid}^4 in {seconds:.1} s, {mb:.0} MB"));
-    page.claims.add(
-        "rotated maps of 64^4 and 128^4 take a couple of hours at most (7)",
-        "\"up to a couple of hours\", mainly for super-sampling",
+    page.claims.holds(
+        "rotated maps of 64^4 and 128^4 take a couple of hours at most (7) | \"up to a couple of hours\", mainly for super-sampling",
         list.collect::<Vec<_>>().join("; "),
         built.iter().all(|row| row.1 <= 2.0 * HOUR),
-        "",
     );
-    page.claims.add(
-        "products of rotated maps and tables are better densities than BRDF or map alone (Fig. 1, 6.1)",
-        "pictures of 100 samples",
+    page.claims.holds(
+        "products of rotated maps and tables are better densities than BRDF or map alone (Fig. 1, 6.1) | pictures of 100 samples",
         rows.iter().map(Compared::cell).collect::<Vec<_>>().join("; "),
         rows.iter().all(|row| row.blended.iter().all(|variance| *variance < row.alone[0].min(row.alone[1]))),
-        "",
     );
     Ok(())
 }
@@ -114,11 +100,6 @@ impl Compared {
     }
 }
 
-const TEXT: &str = "Trees of the map in the frame of each direction of a grid, at 1 % of variance by pruning, on two threads. Seconds are wall time
-of a shared machine, an upper bound, by every 16th direction. The paper: up to a couple of hours.
-A scene that builds only the directions that its points ask for pays for those alone.
-";
-
 /// Relative variances and costs of the paper's product.
 fn compare(out: &mut String, light: &Light, environment: &Environment) -> Result<Vec<Compared>> {
     let mut rows = Vec::new();
@@ -130,11 +111,11 @@ fn compare(out: &mut String, light: &Light, environment: &Environment) -> Result
          blended (`WIS_TREE_BLEND`: one product is all sixteen, exactly), and the point's own direction.\n\
          Times: blends and product.\n"
     )?;
-    writeln!(
+    columns(
         out,
-        "| material | nearest, 64 x 64 | us | 4 x 4 blended | us | 4 x 4, 128 x 128 | us | own, 64 x 64 | own, 128 x 128 |"
+        1,
+        "material | nearest, 64 x 64 | us | 4 x 4 blended | us | 4 x 4, 128 x 128 | us | own, 64 x 64 | own, 128 x 128",
     )?;
-    writeln!(out, "|---|---:|---:|---:|---:|---:|---:|---:|---:|")?;
     for name in ["satin_rosaline_rgb.bsdf", "cc_iris_purple_gem_rgb.bsdf"] {
         let material = data::measured(name)?;
         let point = tilted();
@@ -145,8 +126,8 @@ fn compare(out: &mut String, light: &Light, environment: &Environment) -> Result
         let variance = |(product, direction): &(Tree, Vec3)| {
             let to_tree = frame(*direction).transpose();
             let pdf = |wi: Vec3| {
-                let [y, x] = place(to_tree * wi);
-                Ok(f64::from(product.pdf([x, y])?) / (4.0 * std::f64::consts::PI))
+                let point = client::square_point((to_tree * wi).to_array(), None)?;
+                Ok(f64::from(product.pdf(point)?) / (4.0 * std::f64::consts::PI))
             };
             relative_variance(&wi, &values, pdf)
         };
@@ -155,7 +136,7 @@ fn compare(out: &mut String, light: &Light, environment: &Environment) -> Result
             relative_variance(&wi, &values, |wi| Ok(f64::from(bsdf.eval_one(wi).1)))?,
             relative_variance(&wi, &values, |wi| Ok(f64::from(light.radiance(wi)) / raster.power()))?,
         ];
-        let mirror = reflected(&point, point.wo);
+        let mirror = point.reflected();
         let (nearest, nearest_us) = scene.product(&[(grid(64, mirror)?[0].0, 1.0)], &[(point.wo, 1.0)], 6)?;
         let nearest = variance(&(nearest, grid(64, mirror)?[0].0))?;
         let mut cells = vec![format!("{nearest:.3} | {nearest_us:.0}")];
@@ -185,10 +166,6 @@ fn grid(side: u32, direction: Vec3) -> Result<Vec<(Vec3, f64)>> {
         .collect::<Result<Vec<_>>>()?;
     directions.sort_by(|a, b| b.1.total_cmp(&a.1));
     Ok(directions)
-}
-
-fn reflected(point: &ShadingPoint, wo: Vec3) -> Vec3 {
-    (2.0 * point.normal.dot(wo) * point.normal - wo).normalize()
 }
 
 /// What the paper's product is made of.
@@ -224,8 +201,8 @@ impl Turning<'_> {
 
     /// BRDF x cosine of a view in the frame of its reflected direction.
     fn slice(&self, wo: Vec3, depth: u32) -> Result<Tree> {
-        let bsdf = Bsdf::new(self.material, &ShadingPoint { wo, ..*self.point });
-        let (frame, side) = (frame(reflected(self.point, wo)), 1usize << depth);
+        let point = ShadingPoint { wo, ..*self.point };
+        let (bsdf, frame, side) = (Bsdf::new(self.material, &point), frame(point.reflected()), 1usize << depth);
         // Axis 1 of the library's square lies along x, that of `middle` along y.
         let place = |i: usize| middle(i % side * side + i / side, side);
         let pixels: Vec<f32> = (0..side * side).map(|i| bsdf.eval_one((frame * place(i)).normalize()).0).collect();
@@ -237,21 +214,10 @@ impl Turning<'_> {
 
 /// What the rows say.
 fn lesson(rows: &[Compared]) -> String {
-    let ratios = |of: fn(&Compared) -> f64| range(&rows.iter().map(of).collect::<Vec<_>>());
+    let ratios = |of: fn(&Compared) -> f64| range(rows.iter().map(of));
     let ([low, high], [least, most]) = (ratios(|row| row.own[0] / row.own[1]), ratios(|row| row.nearest / row.own[0]));
     format!(
         "About the point's own direction, 128 x 128 pixels in place of 64 x 64 divide the variance by {low:.1} to {high:.1}.\n\
          With 64 x 64 pixels, the nearest direction of the grid has {least:.2} to {most:.2} times the variance of the point's own."
     )
-}
-
-/// The point of the octahedral square for a direction in the frame of the trees.
-pub fn place(d: Vec3) -> [f32; 2] {
-    let (ax, ay) = (d.x.abs(), d.y.abs());
-    let radius = (1.0 - d.z.abs()).max(0.0).sqrt();
-    let turn = if ax + ay > 0.0 { ay.atan2(ax) * std::f32::consts::FRAC_2_PI } else { 0.0 };
-    let (b, a) = (radius * turn, radius - radius * turn);
-    let (a, b) = if d.z < 0.0 { (1.0 - b, 1.0 - a) } else { (a, b) };
-    // `middle` has columns along x.
-    [(b.copysign(d.y) + 1.0) * 0.5, (a.copysign(d.x) + 1.0) * 0.5]
 }

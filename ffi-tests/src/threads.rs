@@ -9,6 +9,12 @@ pub const THREADS: usize = 2;
 const PORTIONS: usize = 32;
 
 /// Applies a function to all items; answers are in their order.
+///
+/// # Errors
+/// The first of the function.
+///
+/// # Panics
+/// A thread panics.
 pub fn on_threads<T: Sync, R: Send>(items: &[T], each: impl Fn(&T) -> Result<R> + Sync) -> Result<Vec<R>> {
     let portions: Vec<&[T]> = items.chunks(items.len().div_ceil(THREADS * PORTIONS).max(1)).collect();
     let (next, done) = (AtomicUsize::new(0), Mutex::new(Vec::with_capacity(portions.len())));

@@ -140,6 +140,12 @@ pub fn end_pass(counts: &[Counts], factors: &mut [Factors]) {
 /// Factors of places from which no ray was traced.
 pub const UNKNOWN: Factors = [SEEN as u8; CELLS];
 
+/// Whether earlier passes saw little of the light from a place: its factors have a mean below a half. Nearly all places of a room with a
+/// window have, and next to none in the open.
+pub fn is_dark(factors: &Factors) -> bool {
+    factors.iter().map(|factor| u32::from(*factor)).sum::<u32>() < CELLS as u32 * SEEN as u32 / 2
+}
+
 /// The factor of each cell: the root of the share of its rays that reached the light, smoothed towards the mean of all cells.
 ///
 /// A ray that is picked in proportion to f L g has the least second moment for g = sqrt(share).

@@ -5,7 +5,7 @@ use super::candidates::{Draw, DrawInto, favour_portals, weigh_by};
 use super::effort::Effort;
 use super::group::Group;
 use super::joint::Points;
-use super::pick::Pick;
+use super::pick::{FLOOR, FLOOR_IN_THE_DARK, Pick};
 use super::portals::Portals;
 use super::shared::{self, Shared};
 use crate::brdf::point::Point;
@@ -13,6 +13,7 @@ use crate::brdf::surface::Surface;
 use crate::light::environment::Environment;
 use crate::simd::{GROUP, Level, compute};
 use crate::status::{Error, Status};
+use crate::visibility::is_dark;
 use bytemuck::{Pod, Zeroable};
 
 /// The most rays of a call that a sampler can be made for.
@@ -39,7 +40,8 @@ pub struct Config {
 impl Config {
     /// How many candidates a call has.
     fn effort(&self, rays: usize) -> Effort {
-        Effort { rays, wanted: self.candidates_per_ray as usize, compensated: false, targeted: false, portals: false }
+        let wanted = self.candidates_per_ray as usize;
+        Effort { rays, wanted, compensated: false, targeted: false, portals: false, dark: false }
     }
 
     /// Bytes of working memory.
@@ -199,8 +201,10 @@ impl Call<'_> {
         surface.set(point, frame)?;
         let surface = &surface;
         let (compensated, targeted) = (point.compensated, point.target.is_some());
-        let counts =
-            Effort { compensated, targeted, portals: portals.is_some(), ..config.effort(out.len()) }.counts(surface);
+        // Portals say where light comes from, and of a compensated light lamps alone are left.
+        let dark = portals.is_none() && !compensated && point.seen.is_some_and(is_dark);
+        let effort = Effort { compensated, targeted, portals: portals.is_some(), dark, ..config.effort(out.len()) };
+        let counts = effort.counts(surface);
         let groups = scratch.get_mut(..counts.sum() * (size_of::<Group>() / GROUP / size_of::<f32>()));
         let groups: &mut [Group] = groups.and_then(|room| bytemuck::try_cast_slice_mut(room).ok()).unwrap_or_default();
         let light = &environment.source();
@@ -216,6 +220,7 @@ impl Call<'_> {
         if portals.is_some() {
             favour_portals(groups);
         }
-        Ok(compute(level, Pick { groups, frame, points, count: counts.light, out }))
+        let floor = if dark { FLOOR_IN_THE_DARK } else { FLOOR };
+        Ok(compute(level, Pick { groups, frame, points, count: counts.light, floor, out }))
     }
 }

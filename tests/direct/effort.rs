@@ -13,8 +13,12 @@ fn surface(shapes: &[Shape]) -> Surface {
     Surface::new(&client.point(), &Frame::IDENTITY).unwrap()
 }
 
+fn plain(rays: usize) -> Effort {
+    Effort { rays, wanted: 0, compensated: false, targeted: false, portals: false, dark: false }
+}
+
 fn counts(rays: usize, wanted: usize, shape: Shape) -> Counts {
-    Effort { rays, wanted, compensated: false, targeted: false, portals: false }.counts(&surface(&[shape]))
+    Effort { wanted, ..plain(rays) }.counts(&surface(&[shape]))
 }
 
 #[test]
@@ -39,6 +43,17 @@ fn a_number_of_the_clients_is_rounded_up_to_a_power_of_two() {
     }
 }
 
+/// Where earlier passes saw little, the library takes fewer; the client's own number stays, and so do the lamps' of the compensated light.
+#[test]
+fn dark_places_have_fewer_candidates() {
+    let surface = surface(&[Shape::ggx(0.1, 0.1)]);
+    let of = |effort: Effort| [false, true].map(|dark| Effort { dark, ..effort }.counts(&surface).light);
+    assert_eq!(of(plain(4)), [64, 16]);
+    assert_eq!(of(plain(16)), [256, 64]);
+    assert_eq!(of(Effort { wanted: 16, ..plain(4) }), [32, 32]);
+    assert_eq!(of(Effort { compensated: true, ..plain(4) }), [8, 8]);
+}
+
 /// Sources are powers of two and whole lanes, and fit into the room of a sampler for as many rays or more.
 #[test]
 fn candidates_fit_into_the_room() {
@@ -49,10 +64,10 @@ fn candidates_fit_into_the_room() {
         let most = 1 + ((bits as usize % 4096) >> ((bits >> 40) % 12));
         let wanted = ((bits >> 20) as usize % 257) >> ((bits >> 50) % 9);
         let rays = 1 + (bits >> 32) as usize % most;
-        let [compensated, targeted, portals] = [60, 61, 62].map(|bit| bits >> bit & 1 == 1);
-        let counts = Effort { rays, wanted, compensated, targeted, portals }
+        let [compensated, targeted, portals, dark] = [60, 61, 62, 63].map(|bit| bits >> bit & 1 == 1);
+        let counts = Effort { rays, wanted, compensated, targeted, portals, dark }
             .counts(&surface(&shapes[(bits >> 56) as usize % 4..][..1]));
-        let room = Effort { rays: most, wanted, compensated: false, targeted: false, portals: false }.most();
+        let room = Effort { wanted, ..plain(most) }.most();
         assert!(counts.sum() <= room, "{rays} of {most} rays, {wanted}: {counts:?} in {room}");
         assert!(
             [counts.light, counts.lobes, counts.portals].iter().all(|&n| n == 0 || n >= 8 && n.is_power_of_two()),

@@ -2,11 +2,12 @@
 
 use crate::support::Random;
 use wis::direct::group::Group;
-use wis::direct::pick::pick;
+use wis::direct::pick::{FLOOR, FLOOR_IN_THE_DARK, pick};
 use wis::simd::GROUP;
 
-/// The share of the mean that every candidate has at least.
+/// The share of the mean that every candidate has at least, and that where little of the light was seen.
 const C: f64 = 0.05;
+const IN_THE_DARK: f64 = 0.25;
 
 /// Directions, densities and target over density of candidates; an infinite density: the candidate does not count.
 struct Columns {
@@ -27,6 +28,10 @@ impl Columns {
 
     /// The numbers of the picked candidates and the weights of their rays.
     fn pick(&self, rays: usize, u: f32) -> Vec<(usize, f64)> {
+        self.pick_from(FLOOR, rays, u)
+    }
+
+    fn pick_from(&self, floor: f32, rays: usize, u: f32) -> Vec<(usize, f64)> {
         let mut groups = vec![Group::default(); self.weight.len() / GROUP];
         for (group, first) in groups.iter_mut().zip((0..).step_by(GROUP)) {
             let part = |column: &[f32]| column[first..first + GROUP].try_into().unwrap();
@@ -34,7 +39,7 @@ impl Columns {
             (group.density, group.weight) = (part(&self.density), part(&self.weight));
         }
         let mut picked = Vec::new();
-        let count = pick(&mut groups, rays, u, |ray, [x, ..], weight| {
+        let count = pick(&mut groups, floor, rays, u, |ray, [x, ..], weight| {
             assert_eq!(ray, picked.len());
             picked.push((x as usize, f64::from(weight)));
         });
@@ -50,19 +55,20 @@ fn weights_are_those_of_the_rule() {
     let mut random = Random(131);
     for round in 0..4000 {
         let (count, rays) = ([8, 16, 24, 64][round % 4], [1, 2, 3, 4, 15, 40][round % 6]);
+        let (floor, c) = [(FLOOR, C), (FLOOR_IN_THE_DARK, IN_THE_DARK)][round % 5 % 2];
         let given = Columns::random(&mut random, count);
         let mean = given.weight.iter().map(|&w| f64::from(w)).sum::<f64>() / count as f64;
         let counts = |i: usize| given.density[i] < f32::INFINITY;
         // Without any target all that count are alike.
         let expected = |i: usize| match (counts(i), mean > 0.0) {
             (false, _) => 0.0,
-            (true, true) => f64::from(given.weight[i]) + C * mean,
+            (true, true) => f64::from(given.weight[i]) + c * mean,
             (true, false) => 1.0,
         };
         let sum: f64 = (0..count).map(expected).sum();
         let picked =
             Columns { place: given.place.clone(), density: given.density.clone(), weight: given.weight.clone() }
-                .pick(rays, random.f32());
+                .pick_from(floor, rays, random.f32());
         assert!(picked.len() <= rays && picked.is_empty() == (sum == 0.0));
         let mut all = 0.0;
         for &(i, weight) in &picked {

@@ -129,6 +129,27 @@ fn threads_do_not_matter() {
     assert_eq!(one.factors, many.factors);
 }
 
+/// Where little was seen a ray may come from wherever the library expects next to nothing: no weight is as huge as elsewhere. Candidates of a
+/// diffuse point are as many, and a factor that is the same for all changes no share: the least weight alone does.
+#[test]
+fn weights_in_the_dark_are_smaller() {
+    const DARK: Factors = [26; CELLS];
+    let client = Client::new(&[Shape::LAMBERT], client::lambert);
+    let mut thread = Thread::new(1);
+    for (name, map) in maps() {
+        let light = Light::of(&map);
+        let [seen, dark] = [&UNKNOWN, &DARK].map(|factors| {
+            let point = Point { seen: Some(factors), ..client.point() };
+            let rays = (0..4000).flat_map(|seed| {
+                thread.direct(&light.environment(), &point, Sequence { seed, sample: 0, bounce: 0 }, 1).to_vec()
+            });
+            rays.map(|ray| ray.weight).fold(0.0, f32::max)
+        });
+        println!("{name}: {seen} and {dark}");
+        assert!(dark < 0.9 * seen, "{name}: {dark} in place of {seen}");
+    }
+}
+
 const TURNED_DIRECTIONS: [V3; 3] = [[0.36, 0.48, -0.8], [-0.8, 0.6, 0.0], [0.48, 0.64, 0.6]];
 
 /// A window, through which about a third of the light comes; the sun shines on its frame.

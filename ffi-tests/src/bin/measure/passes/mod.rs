@@ -1,6 +1,6 @@
 //! What a visibility cache brings in a renderer that works in passes of one ray at a hit.
 
-mod cache;
+pub mod cache;
 pub mod page;
 
 use anyhow::{Result, ensure};
@@ -158,7 +158,7 @@ pub fn passes(scene: &Scene, setting: &Setting, [with, portals]: [bool; 2], repe
 }
 
 /// Nanoseconds that this thread has worked.
-fn processor_time() -> f64 {
+pub fn processor_time() -> f64 {
     let now = clock_gettime(ClockId::ThreadCPUTime);
     now.tv_sec as f64 * 1e9 + now.tv_nsec as f64
 }

@@ -2,6 +2,7 @@
 
 mod page;
 mod passes;
+mod seen;
 mod several;
 
 use anyhow::Result;
@@ -12,7 +13,7 @@ use wis_ffi_tests::data;
 use wis_ffi_tests::library::Mode;
 use wis_ffi_tests::light::Light;
 use wis_ffi_tests::material::Material;
-use wis_ffi_tests::measure::{Cell, Effort, measure};
+use wis_ffi_tests::measure::{Cell, Effort, Truth, measure};
 use wis_ffi_tests::method::Method;
 use wis_ffi_tests::peers::Peer;
 use wis_ffi_tests::portal::{Portal, Room};
@@ -46,23 +47,28 @@ pub fn run(file: &Path, quick: bool) -> Result<()> {
     let (lights, sun) = (lights(quick)?, sun(quick));
     let materials = [Material::lambert(), Material::ggx(0.2), Material::mix(0.1)];
     let materials = if quick { &materials[..1] } else { &materials };
-    let mut cells = Vec::new();
+    let (mut cells, mut seen) = (Vec::new(), Vec::new());
     for (name, stage, under) in stages()? {
         let scene = Scene::of(name, &stage, View::Points(points))?;
+        let taught = Scene::of(name, &stage, View::Image(if quick { 48 } else { seen::STEP }))?;
         let lights =
             if under == Under::Sun { std::slice::from_ref(&sun) } else { &lights[..lights.len().min(under.count())] };
         for light in lights {
             let (lit, room) = (Lit::new(light)?, Room::new(&scene.portals, scene.is_closed, light));
             for material in materials {
                 let setting = Setting::new(&lit, material).within(room.as_ref());
-                cells.push(cell(&scene, &setting, most, if quick { 8 } else { 48 })?);
+                let reference = reference(&scene, &setting, most)?;
+                cells.push(cell(&scene, &setting, &reference, if quick { 8 } else { 48 })?);
+                if page::is_without_portals(name) {
+                    seen.push(seen::measured(&scene, &taught, &setting, &Truth::new(&reference, 1))?);
+                }
                 eprintln!("{name}, {}, {}", light.name, material.name);
             }
         }
     }
     let passes = passes::measured(&lights, quick)?;
     let several = several::measured(&lights, points, quick)?;
-    page::page(&cells, &passes, &several)?.write_markdown(file)
+    page::page(&cells, &seen, &passes, &several)?.write_markdown(file)
 }
 
 /// Which lights a scene has.
@@ -115,12 +121,15 @@ fn stages() -> Result<Vec<(&'static str, Stage, Under)>> {
     ])
 }
 
-fn cell(scene: &Scene, setting: &Setting, most: usize, timed: usize) -> Result<Cell> {
+fn reference(scene: &Scene, setting: &Setting, most: usize) -> Result<Reference> {
     let name = [&scene.name, &setting.light.name, &setting.material.name].map(|name| name.replace(' ', "_")).join("-");
     let file = Path::new(REFERENCES).join(format!("{name}-{:x}.json", scene.fingerprint()));
-    let reference = Reference::to(BOUND, &file, scene, setting, most)?;
+    Reference::to(BOUND, &file, scene, setting, most)
+}
+
+fn cell(scene: &Scene, setting: &Setting, reference: &Reference, timed: usize) -> Result<Cell> {
     let kept = |method: &&Method| scene.is_closed || **method != Method::Library(Mode::Complete);
     let methods = METHODS.iter().filter(kept).map(|method| method.name()).collect();
     let effort = Effort { methods, counts: RAYS.into(), repeats: 8, timed, caches: 1 };
-    measure("rooms", scene, setting, &reference, &effort)
+    measure("rooms", scene, setting, reference, &effort)
 }

@@ -1,0 +1,144 @@
+//! Rooms without portals whose visibility a cache has learnt, beside calls without a cache and MIS. Passes over an image teach the cache;
+//! then calls of other seeds are judged one by one, so that MIS needs no passes of its own.
+
+use crate::passes::cache::Cache;
+use crate::passes::processor_time;
+use anyhow::Result;
+use glam::Vec3;
+use wis_ffi_tests::client::{pixel_seed, raw};
+use wis_ffi_tests::cost::MODELS;
+use wis_ffi_tests::environment::{Sampler, material};
+use wis_ffi_tests::estimator::Estimator;
+use wis_ffi_tests::material::Bsdf;
+use wis_ffi_tests::measure::Truth;
+use wis_ffi_tests::method::Method;
+use wis_ffi_tests::peers::Peer;
+use wis_ffi_tests::scene::{Scene, ShadingPoint};
+use wis_ffi_tests::setting::{Setting, shadowed_and_not};
+
+/// What is compared, the first with the others.
+pub const WAYS: [&str; 3] = ["MIS balance", "no cache", "a visibility cache"];
+pub const RAYS: [usize; 3] = [1, 4, 16];
+/// Every so many columns and rows of the view teach the cache.
+pub const STEP: u32 = 4;
+/// Passes that teach, of as many rays as are judged.
+const PASSES: u32 = 4;
+/// Repeats that are judged and timed, and those that are timed where rays are expensive.
+const REPEATS: [u32; MODELS.len()] = [16, 4];
+/// Seeds of repeats are apart from those that taught.
+const JUDGED: u32 = 100;
+
+/// A scene, a light and a material.
+pub struct Seen {
+    pub is_closed: bool,
+    /// For each of `RAYS` and `WAYS`: the mean squared error in both metrics.
+    pub errors: [[[f64; 2]; WAYS.len()]; RAYS.len()],
+    /// Processor time in each of `MODELS`: the least of all repeats.
+    pub times: [[[f64; MODELS.len()]; WAYS.len()]; RAYS.len()],
+}
+
+pub fn measured(scene: &Scene, taught: &Scene, setting: &Setting, truth: &Truth) -> Result<Seen> {
+    let (mut errors, mut times) =
+        ([[[0.0; 2]; WAYS.len()]; RAYS.len()], [[[0.0; MODELS.len()]; WAYS.len()]; RAYS.len()]);
+    for (number, rays) in RAYS.into_iter().enumerate() {
+        let mut estimator = Estimator::new(setting, 1)?;
+        let mis = |setting: &Setting, place: &ShadingPoint, repeat: u32| {
+            let picks = estimator.picks(Method::Peer(Peer::MisBalance), setting, place, repeat, rays)?;
+            Ok(shadowed_and_not(scene, setting.cost, place, picks)[0])
+        };
+        let mut bare = Renderer::new(setting, None, rays)?;
+        let mut learnt = Renderer::new(setting, Some(Cache::new()?), rays)?;
+        learnt.learn(setting, scene, taught)?;
+        let found = [
+            judged(scene, setting, truth, mis)?,
+            judged(scene, setting, truth, |setting, place, repeat| {
+                bare.call(scene, setting, place, (JUDGED + repeat, 0))
+            })?,
+            judged(scene, setting, truth, |setting, place, repeat| {
+                learnt.call(scene, setting, place, (JUDGED + repeat, 0))
+            })?,
+        ];
+        errors[number] = found.map(|of| of.0);
+        times[number] = found.map(|of| of.1);
+    }
+    Ok(Seen { is_closed: scene.is_closed, errors, times })
+}
+
+/// Errors in both metrics, and times in each of `MODELS`.
+fn judged(
+    scene: &Scene,
+    setting: &Setting,
+    truth: &Truth,
+    mut estimate: impl FnMut(&Setting, &ShadingPoint, u32) -> Result<f64>,
+) -> Result<([f64; 2], [f64; MODELS.len()])> {
+    let (mut errors, mut times) = ([0.0; 2], [f64::INFINITY; MODELS.len()]);
+    for (model, (_, cost)) in MODELS.into_iter().enumerate() {
+        let setting = setting.at(cost);
+        for repeat in 0..REPEATS[model] {
+            let begin = processor_time();
+            let each = scene.points.iter().map(|place| Ok([estimate(&setting, place, repeat)?; 2]));
+            let estimates = each.collect::<Result<Vec<_>>>()?;
+            times[model] = f64::min(times[model], processor_time() - begin);
+            if model == 0 {
+                let found = truth.errors(&estimates, 0);
+                errors = [errors[0] + found.absolute, errors[1] + found.relative];
+            }
+        }
+    }
+    Ok((errors, times))
+}
+
+/// What calls wis_direct, and perhaps tells a cache what rays saw.
+struct Renderer {
+    sampler: Sampler,
+    material: raw::wis_material,
+    cache: Option<Cache>,
+    rays: Vec<raw::wis_ray>,
+}
+
+impl Renderer {
+    fn new(setting: &Setting, cache: Option<Cache>, rays: usize) -> Result<Renderer> {
+        let (sampler, material) = (Sampler::new(rays, 0, 0)?, material(&setting.material.lobes())?);
+        Ok(Renderer { sampler, material, cache, rays: vec![raw::wis_ray::default(); rays] })
+    }
+
+    fn learn(&mut self, setting: &Setting, scene: &Scene, taught: &Scene) -> Result<()> {
+        for pass in 0..PASSES {
+            for place in taught.points.iter().chain(&scene.points) {
+                self.call(scene, setting, place, (0, pass))?;
+            }
+            self.cache.as_mut().map_or(Ok(()), Cache::end_pass)?;
+        }
+        Ok(())
+    }
+
+    /// What a point reflects, by rays of a seed and a sample.
+    fn call(
+        &mut self,
+        scene: &Scene,
+        setting: &Setting,
+        place: &ShadingPoint,
+        (seed, sample): (u32, u32),
+    ) -> Result<f64> {
+        let Renderer { sampler, material, cache, rays } = self;
+        let bsdf = Bsdf::new(setting.material, place);
+        let mut point = setting.material.point(place, material);
+        (point.seed, point.sample) = (pixel_seed(place.pixel, seed), sample);
+        if let Some(cache) = cache {
+            cache.lend(place, &mut point)?;
+        }
+        let count = sampler.direct(setting.tables, &point, rays)?;
+        let mut sum = 0.0;
+        for ray in &rays[..count] {
+            let wi = Vec3::from(ray.wi);
+            setting.cost.evaluate(1);
+            let reflected = bsdf.eval_one(wi).0 * setting.light.radiance(wi) * ray.weight;
+            let reached = scene.visible_at(setting.cost, place, wi);
+            if let Some(cache) = cache {
+                cache.record(&point, &ray.wi, reached)?;
+            }
+            sum += if reached { f64::from(reflected) } else { 0.0 };
+        }
+        Ok(sum)
+    }
+}

@@ -3,6 +3,7 @@
 
 pub mod maps;
 pub mod scenes;
+pub mod sphere;
 pub mod statistics;
 pub mod vector;
 

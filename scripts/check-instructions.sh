@@ -9,7 +9,7 @@ library=$1
 out=$2
 mkdir -p "$out"
 
-# call, directions of it, material, width of the map, goal, the most instructions (those of 2026-11-27 and 2 %), those on record, those of
+# call, directions of it, material, width of the map, goal, the most instructions (those of 2026-11-28 and 2 %), those on record, those of
 # version 0.2; of products, those before they were laid in one pass. Of several directions one counts.
 goals="
 direct  1  lambert 256  2700  3069 3013 11395
@@ -17,11 +17,11 @@ direct  1  ggx     256  3600  4842 4748 20487
 direct  1  lambert 1024 2700  3072 3015 11076
 direct  1  ggx     1024 3600  4847 4752 19891
 prepare 1  lambert 1024 6500  8507 8340 18787
-prepare 1  ggx     1024 16000 26713 26189 32227
-sample  1  lambert 1024 1200  2639 2587 3213
-sample  1  ggx     1024 1200  2987 2928 3564
-pdf     1  lambert 1024 800   1802 1767 2283
-pdf     1  ggx     1024 800   2118 2076 2557
+prepare 1  ggx     1024 16000 23935 23466 32227
+sample  1  lambert 1024 1200  2566 2516 3213
+sample  1  ggx     1024 1200  2917 2860 3564
+pdf     1  lambert 1024 800   1745 1711 2283
+pdf     1  ggx     1024 800   2060 2020 2557
 sample  64 lambert 1024 500   882 865 1098
 sample  64 ggx     1024 500   1021 1001 1260
 pdf     64 lambert 1024 300   617 605 685

@@ -32,8 +32,7 @@ else
     (
         compiler=$(scripts/core.sh "$platform")
         eval "$compiler"
-        RUSTFLAGS="$RUSTFLAGS $(tr '\n' ' ' < capi/flags)"
-        cargo rustc --quiet --release --package wis-capi --lib --crate-type "$kinds" --target "$platform"
+        cargo rustc --quiet --release --package wis-capi --lib --crate-type "$kinds" --target "$platform" -- @capi/flags
     )
     scripts/library.sh "${CARGO_TARGET_DIR:-target}/$platform/release" "$lib" "$version" "$(make --no-print-directory print-abi)"
 fi

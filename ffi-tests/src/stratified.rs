@@ -1,6 +1,6 @@
 //! A map in strata of the library's making, and the peer that draws a sample in each.
 
-use crate::client::{self, Jitter, Map, Strata, Texels, raw};
+use crate::client::{self, Jitter, Map, Strata, raw};
 use crate::light::Light;
 
 /// Numbers of samples of the report, for which there are strata.
@@ -19,9 +19,7 @@ impl<'a> Source<'a> {
 
     fn map(&self) -> Map<'a> {
         let [width, height] = self.light.size().map(|n| n as u32);
-        let (filter, world_from_map) = (raw::WIS_FILTER_NEAREST, Some(self.world_from_map));
-        let map = Map::latlong(width, height, 1, Texels::F32(self.light.luminance()));
-        Map { filter, world_from_map, ..map }
+        Map::latlong(width, height, 1, self.light.luminance())
     }
 
     /// The strata for a number of lights.
@@ -37,7 +35,7 @@ impl<'a> Source<'a> {
     /// # Errors
     /// Those of the library.
     pub fn strata_by(&self, config: &raw::wis_strata_config) -> client::Result<Strata> {
-        Strata::new(&self.map(), config)
+        Strata::new(&self.map(), &self.world_from_map, config)
     }
 
     /// Places inside strata: `WIS_JITTER_*`.
@@ -45,7 +43,7 @@ impl<'a> Source<'a> {
     /// # Errors
     /// Those of the library.
     pub fn jitter(&self, strata: &Strata, distribution: u32) -> client::Result<Jitter> {
-        strata.jitter(&self.map(), distribution)
+        strata.jitter(&self.map(), &self.world_from_map, distribution)
     }
 }
 

@@ -64,43 +64,43 @@ const LEAST_COSINE: f32 = 1e-6;
 
 /// What explains the difference between a client's BRDF x cosine and the lobes of a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(C)]
+#[repr(u32)]
 pub enum Mistake {
-    /// The lobes are your BSDF.
+    /// There is no difference.
     None = 0,
-    /// Your BSDF is `scale` times the lobes: harmless, since rays are chosen alike.
+    /// A common factor alone.
     Scaled = 1,
-    /// wo points into the surface. Also where your BSDF ignores the side of wo and wo lies below.
+    /// `wo` points the other way.
     Wo = 2,
-    /// The normal points to the other side: flip it to the side of wo, or set WIS_POINT_WHOLE_SPHERE.
+    /// The normal points the other way.
     Normal = 3,
-    /// Your BSDF takes wi towards the surface: wi points to the light.
+    /// The client takes `wi` the other way.
     Wi = 4,
-    /// The weights of all lobes are 0.
+    /// All weights are 0.
     NoWeight = 5,
-    /// The weight of `lobe` should be `value` times as large, or `value` if it is 0.
+    /// The weight of one lobe.
     Weight = 6,
-    /// Your values lack a cosine: multiply by it, or set WIS_POINT_COSINE_INCLUDED.
+    /// The client's values lack a cosine that the lobes have.
     CosineMissing = 7,
-    /// Your values have a cosine too many: WIS_POINT_COSINE_INCLUDED is set, or you multiply twice.
+    /// The client's values have a cosine that the lobes lack.
     CosineTwice = 8,
-    /// Your alpha is the square of `a` and `b` of GGX lobes: you pass roughness in place of its square.
+    /// The client's alpha is the square of the point's.
     AlphaSquare = 9,
-    /// Your alpha is the square root of `a` and `b` of GGX lobes.
+    /// The client's alpha is the square root of the point's.
     AlphaRoot = 10,
-    /// The tangent should be rotated about the normal by `angle`; by 90 degrees: or swap `a` and `b`.
+    /// The tangent is rotated about the normal.
     Tangent = 11,
-    /// `eta` is inverted.
+    /// The ratio of refractive indices is inverted.
     Eta = 12,
-    /// Your sides and the lobes' differ: set WIS_POINT_WHOLE_SPHERE, or add a lobe that transmits.
+    /// One scatters to a side on which the other does not.
     Sides = 13,
-    /// f0 of `lobe`, and of lobes with the same f0, should be `value`.
+    /// The reflectance at normal incidence.
     F0 = 14,
-    /// No mistake: the lobes resemble your BSDF, of which they are 1 - `error` (docs/integrating.md).
+    /// None of these, and more than half agrees.
     Resembles = 15,
-    /// Less than half of your BSDF is in the lobes: two mistakes, or lobes of another kind.
+    /// None of these, and less than half agrees.
     Other = 16,
-    /// Your BSDF is in the lobes, but no portal faces the point: `edges[0]` x `edges[1]` points into the room.
+    /// Nothing is wrong with the lobes, and no portal faces the point.
     Portals = 17,
 }
 

@@ -53,31 +53,31 @@ const DARK: f32 = 1.0 / 256.0;
 
 /// What explains the difference between a renderer's radiance and the built light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(C)]
+#[repr(u32)]
 pub enum Cause {
-    /// The environment is the light that you see.
+    /// There is no difference.
     None = 0,
-    /// Your radiance is `scale` times the light: harmless if you meant it, since rays are chosen alike.
+    /// A factor alone.
     Scaled = 1,
-    /// You do not apply world_from_map, or you apply its inverse.
+    /// `world_from_map` is not applied, or its inverse is.
     Frame = 2,
-    /// Your map is rotated by 90, 180 or 270 degrees about the polar axis.
+    /// A rotation by a quarter, half or three quarters of a turn about the polar axis.
     Turned = 3,
-    /// Your map is mirrored: azimuth runs the other way.
+    /// A reflection that keeps the polar axis.
     Mirrored = 4,
-    /// Your polar axis points the other way: rows from bottom to top.
+    /// The polar axis is reversed.
     UpsideDown = 5,
-    /// Another axis is your polar axis: y up, for instance, in place of z.
+    /// Another axis is the polar axis.
     Axes = 6,
-    /// You look texels up half a texel beside.
+    /// Positions differ by half a texel.
     Shifted = 7,
-    /// Your first and last rows lie at the poles and those of the environment do not, or the other way round.
+    /// The first and the last row lie at the poles for one, and half a texel beside them for the other.
     Rows = 8,
-    /// You interpolate and the environment takes the nearest texel, or the other way round.
+    /// One interpolates, the other takes the nearest texel.
     Filter = 9,
-    /// Another map, rotation, blur or curve of colours: no other cause leaves almost no difference.
+    /// None of these.
     Other = 10,
-    /// You clamp what you look up at `limit`: clamp the map before you build the light.
+    /// The renderer clamps what it looks up.
     Clamped = 11,
 }
 

@@ -29,6 +29,8 @@ pub struct Patches<F: Num> {
     size: [F; 2],
     /// The density inside.
     shape: PatchDensity<F>,
+    /// What 1 in a corner stands for, as radiance over the power of the light.
+    brightest: F,
     probability: F,
     start: [F; 2],
     width: [F; 2],
@@ -80,7 +82,12 @@ impl<F: Num> Located<F> {
     /// The numbers of the direction in its cell: along columns and along rows, each in [0, 1 - 2^-24].
     #[inline(always)]
     pub fn numbers(&self) -> [F; 2] {
-        F::apart(InCell { located: self })
+        F::apart(move || {
+            let Located { patch, position, .. } = self;
+            let u = patch.shape.invert(*position);
+            let (first, last) = (F::splat(0.0), F::splat(ONE_MINUS_EPSILON));
+            [0, 1].map(|k: usize| (patch.start[k] + u[k] * patch.width[k]).max(first).min(last))
+        })
     }
 }
 
@@ -253,8 +260,10 @@ impl<'a, const N: usize> Walk<'a, N> {
             let c = self.cells[lane];
             let v = numbers[1][lane];
             let (row, range) = find(&light.starts, c.starts as usize, c.blocks[1].into(), v);
-            light.starts.prefetch(c.row(row));
-            prefetch(light.blocks, c.first as usize + row * usize::from(c.blocks[0]));
+            if N > 1 {
+                light.starts.prefetch(c.row(row));
+                prefetch(light.blocks, c.first as usize + row * usize::from(c.blocks[0]));
+            }
             self.from[1][lane] = row as u32;
             numbers[1][lane] = UNITS * rest(v, range);
             if let Some(of_cells) = &mut of_cells {
@@ -297,7 +306,9 @@ impl<'a, const N: usize> Walk<'a, N> {
             let block = self.blocks[lane];
             let key = numbers[1][lane] as i32 as u32;
             let found = find16(&light.words, block.rows as usize, block.grid[1].into(), key, block.words_at_ends());
-            light.prefetch_lines(block, found.0);
+            if N > 1 {
+                light.prefetch_lines(block, found.0);
+            }
             self.put_inner(1, lane, found);
         }
     }
@@ -349,8 +360,10 @@ impl<'a, const N: usize> Walk<'a, N> {
             let block = light.block(self.inner[0][0][lane]);
             self.blocks[lane] = block;
             let row = self.behind[1][lane] >> block.step(1);
-            light.words.prefetch(block.rows as usize);
-            light.prefetch_lines(block, row as usize);
+            if N > 1 {
+                light.words.prefetch(block.rows as usize);
+                light.prefetch_lines(block, row as usize);
+            }
             self.behind[0][lane] >>= block.step(0);
             self.behind[1][lane] = row;
         }
@@ -437,6 +450,7 @@ impl<'a, const N: usize> Walk<'a, N> {
             low,
             size,
             shape: PatchDensity::new(corner, light.chart.profiles(low, size)),
+            brightest: self.each(first, |_, block| block.brightest),
             probability: self.each::<F>(first, |_, block| block.share) * row_width * column_width,
             start: [outer[0].0 + outer[0].1 * (inner[0].0 * unit), outer[1].0 + outer[1].1 * (inner[1].0 * unit)],
             width: [outer[0].1 * column_width, outer[1].1 * row_width],
@@ -518,23 +532,6 @@ pub(super) struct FoundBlock {
     pub at: [u32; 2],
     /// The column and row of the patch in the block.
     pub patch: [u32; 2],
-}
-
-/// [`Located::numbers`].
-struct InCell<'a, F: Num> {
-    located: &'a Located<F>,
-}
-
-impl<F: Num> Apart<F> for InCell<'_, F> {
-    type Output = [F; 2];
-
-    #[inline(always)]
-    fn run(self) -> [F; 2] {
-        let Located { patch, position, .. } = self.located;
-        let u = patch.shape.invert(*position);
-        let (first, last) = (F::splat(0.0), F::splat(ONE_MINUS_EPSILON));
-        [0, 1].map(|k: usize| (patch.start[k] + u[k] * patch.width[k]).max(first).min(last))
-    }
 }
 
 /// [`Light::sample_in`].
@@ -745,6 +742,12 @@ impl<'a> Light<'a> {
     #[inline(always)]
     pub fn direction_of<F: Num>(&self, drawn: &Drawn<F>) -> Direction<F> {
         drawn.patch.direction(self, drawn.position)
+    }
+
+    /// The radiance at drawn places over the power: as [`Light::radiance`] finds it, but for rounding.
+    #[inline(always)]
+    pub fn radiance_at<F: Num>(&self, drawn: &Drawn<F>, density: F) -> F {
+        if self.bilinear { drawn.patch.shape.bilinear(drawn.position) * drawn.patch.brightest } else { density }
     }
 
     /// Drawn places with their densities: what [`Light::locate`] would find, but for rounding at the borders of patches.

@@ -15,8 +15,9 @@ pub struct GridInfo {
     pub divided_cells: u32,
     /// The share of `u[0]` that draws from lobes: narrow ones, or all where a lamp below the horizon would win.
     pub lobe_share: f32,
-    /// About the integral of luminance x BRDF x cosine: 2 % off for wide lobes, 4 to 9 % for 0.2, by a factor of 2 below 0.1. No
-    /// estimate.
+    /// About the integral of luminance x BRDF x cosine, no estimate. Off by 2 % (root mean square over points, median of eight maps) for
+    /// Lambert's lobe and GGX 0.5, 6 % for 0.2, 9 % for 0.1, 21 % for 0.05, and by a factor of 1.5 for 0.02. Where a map is black but for lamps more:
+    /// a factor of 1.2 for GGX 0.2, of 5 for 0.02.
     pub integral: f64,
     /// The same for the colour of the light; the BRDF counts by its luminance.
     pub rgb: [f32; 3],

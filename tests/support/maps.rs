@@ -1,9 +1,8 @@
 //! Maps for tests, procedural and real, and how a client looks them up.
 
 use super::Map;
-use super::sphere::latlong_direction;
 use super::vector::{V3, add, dot, scale, unit};
-use wis::sphere::latlong;
+use wis::sphere::{latlong, latlong_direction};
 
 /// How a client filters texels.
 #[derive(Clone, Copy, Debug, PartialEq)]

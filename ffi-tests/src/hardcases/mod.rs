@@ -4,6 +4,7 @@ mod bounds;
 pub mod brdf;
 mod failing;
 mod holes;
+mod host;
 mod huge;
 mod laws;
 mod maps;
@@ -24,6 +25,7 @@ pub fn run() -> Table {
     table.bounded = bounds::measure(&jobs);
     tables::add(&mut table);
     failing::add(&mut table);
+    host::add(&mut table);
     vectors::add(&mut table);
     table
 }

@@ -45,7 +45,8 @@ help: ## list the targets
 	@sed -n 's/^\([a-z0-9-]*\):.*## /\1\t/p' Makefile | expand -t 17
 
 lib: ## build the static and the shared library into build/lib: FEATURES= for the renderer's part alone, LEVELS= without AVX2, PRODUCTS= without products, CHECKS= without checks
-	$(CARGO) rustc --release --package wis-capi --lib --no-default-features --features '$(FEATURES) $(PRODUCTS) $(CHECKS) $(LEVELS)' -- @capi/flags
+	RUSTFLAGS="$$RUSTFLAGS $$(tr '\n' ' ' < capi/flags)" $(CARGO) build --release --package wis-capi --lib --no-default-features \
+		--features '$(FEATURES) $(PRODUCTS) $(CHECKS) $(LEVELS)'
 	OBJCOPY='$(OBJCOPY)' scripts/library.sh $(TARGET)/release $(LIB) $(VERSION) $(ABI)
 
 print-abi:

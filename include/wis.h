@@ -343,18 +343,21 @@ enum wis_status wis_direct(struct wis_sampler *sampler, const struct wis_environ
 
 /** @defgroup check Checks while you integrate */ /** @{ */
 
-#define WIS_CAUSE_NONE 0 /**< The environment is the light that you see. */
-#define WIS_CAUSE_SCALED 1 /**< Your radiance is `scale` times the light: harmless if you meant it, since rays are chosen alike. */
-#define WIS_CAUSE_FRAME 2 /**< You do not apply world_from_map, or you apply its inverse. */
-#define WIS_CAUSE_TURNED 3 /**< Your map is rotated by 90, 180 or 270 degrees about the polar axis. */
-#define WIS_CAUSE_MIRRORED 4 /**< Your map is mirrored: azimuth runs the other way. */
-#define WIS_CAUSE_UPSIDE_DOWN 5 /**< Your polar axis points the other way: rows from bottom to top. */
-#define WIS_CAUSE_AXES 6 /**< Another axis is your polar axis: y up, for instance, in place of z. */
-#define WIS_CAUSE_SHIFTED 7 /**< You look texels up half a texel beside. */
-#define WIS_CAUSE_ROWS 8 /**< Your first and last rows lie at the poles and those of the environment do not, or the other way round. */
-#define WIS_CAUSE_FILTER 9 /**< You interpolate and the environment takes the nearest texel, or the other way round. */
-#define WIS_CAUSE_OTHER 10 /**< Another map, rotation, blur or curve of colours: no other cause leaves almost no difference. */
-#define WIS_CAUSE_CLAMPED 11 /**< You clamp what you look up at `limit`: clamp the map before you build the light. */
+/// What explains the difference between a renderer's radiance and the built light.
+typedef enum wis_cause {
+  WIS_CAUSE_NONE = 0, /**< The environment is the light that you see. */
+  WIS_CAUSE_SCALED = 1, /**< Your radiance is `scale` times the light: harmless if you meant it, since rays are chosen alike. */
+  WIS_CAUSE_FRAME = 2, /**< You do not apply world_from_map, or you apply its inverse. */
+  WIS_CAUSE_TURNED = 3, /**< Your map is rotated by 90, 180 or 270 degrees about the polar axis. */
+  WIS_CAUSE_MIRRORED = 4, /**< Your map is mirrored: azimuth runs the other way. */
+  WIS_CAUSE_UPSIDE_DOWN = 5, /**< Your polar axis points the other way: rows from bottom to top. */
+  WIS_CAUSE_AXES = 6, /**< Another axis is your polar axis: y up, for instance, in place of z. */
+  WIS_CAUSE_SHIFTED = 7, /**< You look texels up half a texel beside. */
+  WIS_CAUSE_ROWS = 8, /**< Your first and last rows lie at the poles and those of the environment do not, or the other way round. */
+  WIS_CAUSE_FILTER = 9, /**< You interpolate and the environment takes the nearest texel, or the other way round. */
+  WIS_CAUSE_OTHER = 10, /**< Another map, rotation, blur or curve of colours: no other cause leaves almost no difference. */
+  WIS_CAUSE_CLAMPED = 11, /**< You clamp what you look up at `limit`: clamp the map before you build the light. */
+} wis_cause;
 
 /// Writes the radiance that you see from `count` world directions, three floats each: linear RGB, three floats each, finite and at least 0.
 /// Returns 0; anything else stops the call with WIS_CALLBACK_FAILED. Floating-point control is the default meanwhile.
@@ -371,7 +374,7 @@ typedef struct wis_check_config {
 /// What was found. From `filter` on: what to build the environment with so that it is the light that you see.
 typedef struct wis_check_info {
   uint32_t size; /**< sizeof(wis_check_info), set by the caller. */
-  uint32_t cause; /**< WIS_CAUSE_*: the likely cause of the difference. */
+  uint32_t cause; /**< A wis_cause: the likely cause of the difference. */
   float error; /**< The mean difference of both, each as a share of the larger, 0 to 1. A factor does not count. */
   float explained; /**< The difference that is left with the fields below: `error` if nothing explains it. */
   float scale; /**< Your radiance over that of the light. */
@@ -392,31 +395,32 @@ typedef struct wis_check_info {
 enum wis_status wis_check(struct wis_sampler *sampler, const struct wis_environment *environment, const struct wis_check_config *config,
     struct wis_check_info *info);
 
-#define WIS_MISTAKE_NONE 0 /**< The lobes are your BSDF. */
-#define WIS_MISTAKE_SCALED 1 /**< Your BSDF is `scale` times the lobes: harmless, since rays are chosen alike. */
-#define WIS_MISTAKE_WO 2 /**< wo points into the surface. Also where your BSDF ignores the side of wo and wo lies below. */
-#define WIS_MISTAKE_NORMAL 3 /**< The normal points to the other side: flip it to the side of wo, or set WIS_POINT_WHOLE_SPHERE. */
-#define WIS_MISTAKE_WI 4 /**< Your BSDF takes wi towards the surface: wi points to the light. */
-#define WIS_MISTAKE_NO_WEIGHT 5 /**< The weights of all lobes are 0. */
-#define WIS_MISTAKE_WEIGHT 6 /**< The weight of `lobe` should be `value` times as large, or `value` if it is 0. */
-#define WIS_MISTAKE_COSINE_MISSING 7 /**< Your values lack a cosine: multiply by it, or set WIS_POINT_COSINE_INCLUDED. */
-#define WIS_MISTAKE_COSINE_TWICE 8 /**< Your values have a cosine too many: WIS_POINT_COSINE_INCLUDED is set, or you multiply twice. */
-#define WIS_MISTAKE_ALPHA_SQUARE 9 /**< Your alpha is the square of `a` and `b` of GGX lobes: you pass roughness in place of its square. */
-#define WIS_MISTAKE_ALPHA_ROOT 10 /**< Your alpha is the square root of `a` and `b` of GGX lobes. */
-#define WIS_MISTAKE_TANGENT 11 /**< The tangent should be rotated about the normal by `angle`; by 90 degrees: or swap `a` and `b`. */
-#define WIS_MISTAKE_ETA 12 /**< `eta` is inverted. */
-#define WIS_MISTAKE_SIDES 13 /**< Your sides and the lobes' differ: set WIS_POINT_WHOLE_SPHERE, or add a lobe that transmits. */
-#define WIS_MISTAKE_F0 14 /**< f0 of `lobe`, and of lobes with the same f0, should be `value`. */
-#define WIS_MISTAKE_RESEMBLES 15 /**< No mistake: the lobes resemble your BSDF, of which they are 1 - `error` (docs/integrating.md). */
-#define WIS_MISTAKE_OTHER 16 /**< Less than half of your BSDF is in the lobes: two mistakes, or lobes of another kind. */
-
-/// Your BSDF is in the lobes, but no portal faces the point: `edges[0]` x `edges[1]` points into the room.
-#define WIS_MISTAKE_PORTALS 17
+/// What explains the difference between a client's BRDF x cosine and the lobes of a point.
+typedef enum wis_mistake {
+  WIS_MISTAKE_NONE = 0, /**< The lobes are your BSDF. */
+  WIS_MISTAKE_SCALED = 1, /**< Your BSDF is `scale` times the lobes: harmless, since rays are chosen alike. */
+  WIS_MISTAKE_WO = 2, /**< wo points into the surface. Also where your BSDF ignores the side of wo and wo lies below. */
+  WIS_MISTAKE_NORMAL = 3, /**< The normal points to the other side: flip it to the side of wo, or set WIS_POINT_WHOLE_SPHERE. */
+  WIS_MISTAKE_WI = 4, /**< Your BSDF takes wi towards the surface: wi points to the light. */
+  WIS_MISTAKE_NO_WEIGHT = 5, /**< The weights of all lobes are 0. */
+  WIS_MISTAKE_WEIGHT = 6, /**< The weight of `lobe` should be `value` times as large, or `value` if it is 0. */
+  WIS_MISTAKE_COSINE_MISSING = 7, /**< Your values lack a cosine: multiply by it, or set WIS_POINT_COSINE_INCLUDED. */
+  WIS_MISTAKE_COSINE_TWICE = 8, /**< Your values have a cosine too many: WIS_POINT_COSINE_INCLUDED is set, or you multiply twice. */
+  WIS_MISTAKE_ALPHA_SQUARE = 9, /**< Your alpha is the square of `a` and `b` of GGX lobes: you pass roughness in place of its square. */
+  WIS_MISTAKE_ALPHA_ROOT = 10, /**< Your alpha is the square root of `a` and `b` of GGX lobes. */
+  WIS_MISTAKE_TANGENT = 11, /**< The tangent should be rotated about the normal by `angle`; by 90 degrees: or swap `a` and `b`. */
+  WIS_MISTAKE_ETA = 12, /**< `eta` is inverted. */
+  WIS_MISTAKE_SIDES = 13, /**< Your sides and the lobes' differ: set WIS_POINT_WHOLE_SPHERE, or add a lobe that transmits. */
+  WIS_MISTAKE_F0 = 14, /**< f0 of `lobe`, and of lobes with the same f0, should be `value`. */
+  WIS_MISTAKE_RESEMBLES = 15, /**< No mistake: the lobes resemble your BSDF, of which they are 1 - `error` (docs/integrating.md). */
+  WIS_MISTAKE_OTHER = 16, /**< Less than half of your BSDF is in the lobes: two mistakes, or lobes of another kind. */
+  WIS_MISTAKE_PORTALS = 17, /**< Your BSDF is in the lobes, but no portal faces the point: `edges[0]` x `edges[1]` points into the room. */
+} wis_mistake;
 
 /// What was found.
 typedef struct wis_point_verdict {
   uint32_t size; /**< sizeof(wis_point_verdict), set by the caller. */
-  uint32_t mistake; /**< WIS_MISTAKE_*: the likely cause of the difference. Of causes that explain it alike, the first. */
+  uint32_t mistake; /**< A wis_mistake: the likely cause of the difference. Of causes that explain it alike, the first. */
   const char *message; /**< The same as a sentence for a log; a static string. */
   float error; /**< The integral of |your BSDF - lobes| over the integral of the larger of both, 0 to 1. A common factor does not count. */
   float explained; /**< The difference that is left without the mistake; `error` where no mistake is named. */

@@ -6,6 +6,7 @@ wheel serves all versions of Python and no C compiler is needed.
 """
 
 import json
+import os
 import re
 import shutil
 import subprocess
@@ -48,8 +49,9 @@ def module(text):
 def library():
     """Path of the shared library that cargo builds: the renderer's part, wis.h."""
     command = ["cargo", "rustc", "--release", "--package", "wis-capi", "--lib", "--crate-type", "cdylib", "--no-default-features",
-               "--features", "avx2,products,checks", "--message-format", "json-render-diagnostics", "--", "@capi/flags", "-C", "strip=symbols"]
-    answer = subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.PIPE, text=True).stdout
+               "--features", "avx2,products,checks", "--message-format", "json-render-diagnostics", "--", "-C", "strip=symbols"]
+    flags = (os.environ.get("RUSTFLAGS", "") + " " + (ROOT / "capi" / "flags").read_text()).split()
+    answer = subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.PIPE, text=True, env={**os.environ, "RUSTFLAGS": " ".join(flags)}).stdout
     made = [json.loads(line) for line in answer.splitlines()]
     files = [file for of in made if of["reason"] == "compiler-artifact" and of["target"]["name"] == "wis" for file in of["filenames"]]
     return next(Path(file) for file in files if Path(file).suffix in (".so", ".dylib", ".dll"))

@@ -20,10 +20,11 @@ sed -e 's|^ *///.*||' -e 's|/\*.*\*/||' $headers | awk '/^\/\*/, /\*\// { next }
     echo '#include <stdio.h>'
     for header in $headers; do echo "#include \"$(basename "$header")\""; done
     echo 'int main(void) {'
-    # shellcheck disable=SC2086
-    sed -n 's/^#define \(WIS_[A-Z0-9_]*\) [^ ].*/\1/p' $headers | grep -v '^WIS_VERSION$' | LC_ALL=C sort |
-        sed 's/.*/    printf("constant & = %lld\\n", (long long)&);/'
-    grep -oE 'WIS_[A-Z_]+ = [0-9]+' "$work/code" | sed 's/\(.*\) = .*/    printf("constant \1 = %d\\n", (int)\1);/'
+    {
+        # shellcheck disable=SC2086
+        sed -n 's/^#define \(WIS_[A-Z0-9_]*\) [^ ].*/\1/p' $headers | grep -v '^WIS_VERSION$'
+        grep -oE 'WIS_[A-Z0-9_]+ = [0-9]+' "$work/code" | sed 's/ = .*//'
+    } | LC_ALL=C sort | sed 's/.*/    printf("constant & = %lld\\n", (long long)&);/'
     # A struct's fields end with a semicolon; the name of each is the last word before an array's size.
     grep -oE 'typedef struct wis_[a-z_]+ \{[^}]*\}' "$work/code" | awk '{
         name = $3

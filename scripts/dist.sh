@@ -32,7 +32,8 @@ else
     (
         compiler=$(scripts/core.sh "$platform")
         eval "$compiler"
-        cargo rustc --quiet --release --package wis-capi --lib --crate-type "$kinds" --target "$platform" -- @capi/flags
+        RUSTFLAGS="$RUSTFLAGS $(tr '\n' ' ' < capi/flags)"
+        cargo rustc --quiet --release --package wis-capi --lib --crate-type "$kinds" --target "$platform"
     )
     scripts/library.sh "${CARGO_TARGET_DIR:-target}/$platform/release" "$lib" "$version" "$(make --no-print-directory print-abi)"
 fi

@@ -1,5 +1,6 @@
 //! The environment in C: one thread or many, every source of pixels, every policy, stored bytes.
 
+use crate::support::{Memory, light_config};
 use std::ffi::{CStr, c_void};
 use std::ptr::{null, null_mut};
 use wis::ffi::check::{CheckConfig, wis_check};
@@ -19,57 +20,8 @@ use wis::status::Status;
 const QUARTER_TURN: [f32; 9] = [0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0];
 const MIRROR: [f32; 9] = [-1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
 
-/// Memory aligned as the library wants it, of any content.
-struct Memory {
-    words: Vec<u128>,
-    bytes: usize,
-}
-
-impl Memory {
-    fn new(bytes: usize, filling: u8) -> Memory {
-        Memory { words: vec![u128::from_ne_bytes([filling; 16]); bytes.div_ceil(16) + 1], bytes }
-    }
-
-    fn copy(bytes: &[u8]) -> Memory {
-        let mut memory = Memory::new(bytes.len(), 0);
-        memory.bytes_mut().copy_from_slice(bytes);
-        memory
-    }
-
-    fn pointer(&mut self) -> *mut c_void {
-        self.words.as_mut_ptr().cast()
-    }
-
-    fn bytes(&self) -> &[u8] {
-        // SAFETY: the words are at least that many initialised bytes.
-        unsafe { std::slice::from_raw_parts(self.words.as_ptr().cast(), self.bytes) }
-    }
-
-    fn bytes_mut(&mut self) -> &mut [u8] {
-        // SAFETY: as above.
-        unsafe { std::slice::from_raw_parts_mut(self.words.as_mut_ptr().cast(), self.bytes) }
-    }
-}
-
 fn config(layout: u32, width: u32, height: u32, pixels: &[f32]) -> LightConfig {
-    let texels = (width * height) as usize;
-    assert_eq!(pixels.len() % texels, 0);
-    LightConfig {
-        size: size_of::<LightConfig>() as u32,
-        layout,
-        width,
-        height,
-        channels: (pixels.len() / texels) as u32,
-        format: WIS_FORMAT_F32,
-        filter: WIS_FILTER_BILINEAR,
-        flags: 0,
-        error_budget: 0.0,
-        pixels: pixels.as_ptr().cast(),
-        row_stride: 0,
-        row: None,
-        row_user: null_mut(),
-        world_from_map: null(),
-    }
+    light_config(layout, [width, height], pixels)
 }
 
 /// Texels that 16-bit floats represent, one of them a lamp.
@@ -95,7 +47,7 @@ fn info_of(bytes: &[u8]) -> LightInfo {
 /// The bytes of an environment that one call built, or the status and where the fault is.
 fn try_build(config: &LightConfig) -> Result<Vec<u8>, (Status, Diagnostic)> {
     let size = size(config);
-    let (mut memory, mut scratch) = (Memory::new(size.bytes, 0xa5), Memory::new(size.scratch_bytes, 0x5a));
+    let (mut memory, mut scratch) = (Memory::filled(size.bytes, 0xa5), Memory::filled(size.scratch_bytes, 0x5a));
     let (mut handle, mut diagnostic) = (null(), Diagnostic::default());
     let place = memory.pointer();
     // SAFETY: the blocks are as long as stated.
@@ -129,6 +81,23 @@ struct Shared {
 unsafe impl Send for Shared {}
 
 impl Shared {
+    /// The items of each pass.
+    fn begin(self) -> [u32; WIS_ENVIRONMENT_PASSES as usize] {
+        let Shared { config, scratch, size, .. } = self;
+        let mut items = [0; WIS_ENVIRONMENT_PASSES as usize];
+        // SAFETY: all pointers are valid.
+        let begun = unsafe { wis_environment_begin(config, scratch, size.scratch_bytes, &mut items, null_mut()) };
+        assert_eq!(begun, Status::Ok);
+        items
+    }
+
+    fn finish(self) -> Status {
+        let (Shared { config, memory, scratch, size }, mut handle) = (self, null());
+        let (bytes, scratch_bytes) = (size.bytes, size.scratch_bytes);
+        // SAFETY: all pointers are valid.
+        unsafe { wis_environment_finish(config, memory, bytes, scratch, scratch_bytes, &mut handle, null_mut()) }
+    }
+
     fn run(self, pass: u32, first: u32, count: u32) -> Status {
         let Shared { config, memory, scratch, size } = self;
         let (bytes, scratch_bytes) = (size.bytes, size.scratch_bytes);
@@ -140,13 +109,9 @@ impl Shared {
 /// The bytes of an environment that threads built, each with items of its own.
 fn build_shared(config: &LightConfig, threads: u32) -> Vec<u8> {
     let size = size(config);
-    let (mut memory, mut scratch) = (Memory::new(size.bytes, 0), Memory::new(size.scratch_bytes, 0xff));
-    let (mut items, mut handle) = ([0; WIS_ENVIRONMENT_PASSES as usize], null());
+    let (mut memory, mut scratch) = (Memory::filled(size.bytes, 0), Memory::filled(size.scratch_bytes, 0xff));
     let shared = Shared { config, memory: memory.pointer(), scratch: scratch.pointer(), size };
-    // SAFETY: all pointers are valid.
-    let begun = unsafe { wis_environment_begin(config, shared.scratch, size.scratch_bytes, &mut items, null_mut()) };
-    assert_eq!(begun, Status::Ok);
-    for (pass, count) in (0..).zip(items) {
+    for (pass, count) in (0..).zip(shared.begin()) {
         std::thread::scope(|scope| {
             for thread in 0..threads {
                 scope.spawn(move || {
@@ -161,12 +126,7 @@ fn build_shared(config: &LightConfig, threads: u32) -> Vec<u8> {
             }
         });
     }
-    // SAFETY: all pointers are valid.
-    let finished = unsafe {
-        let Shared { memory, scratch, .. } = shared;
-        wis_environment_finish(config, memory, size.bytes, scratch, size.scratch_bytes, &mut handle, null_mut())
-    };
-    assert_eq!(finished, Status::Ok);
+    assert_eq!(shared.finish(), Status::Ok);
     let used = info_of(memory.bytes()).bytes as usize;
     memory.bytes()[..used].to_vec()
 }
@@ -246,7 +206,7 @@ fn the_same_bytes_as_in_rust() {
             Some(unsafe { std::slice::from_raw_parts(start, row_bytes) })
         };
         let needed = plan.size().unwrap();
-        let (mut memory, mut scratch) = (Memory::new(needed.bytes, 1), Memory::new(needed.scratch, 2));
+        let (mut memory, mut scratch) = (Memory::filled(needed.bytes, 1), Memory::filled(needed.scratch, 2));
         let (block, work) = (memory.bytes_mut(), scratch.bytes_mut());
         let built = Environment::build_in(&plan, &pixels, &Frame::IDENTITY, row, block, work).unwrap();
         assert!(built.as_bytes() == build(&config), "{name}");
@@ -516,32 +476,24 @@ fn short_memory() {
     let expected = build(&config);
     let most = size(&config);
     assert!(expected.len() <= 24 << 10 && expected.len() < most.bytes / 4, "{} of {}", expected.len(), most.bytes);
-    let mut scratch = Memory::new(most.scratch_bytes, 0);
+    let mut scratch = Memory::filled(most.scratch_bytes, 0);
     let (mut handle, mut at) = (null(), Diagnostic::default());
-    let mut short = Memory::new(64, 0xa5);
+    let mut short = Memory::filled(64, 0xa5);
     let (place, work) = (short.pointer(), scratch.pointer());
-    let mut items = [0; WIS_ENVIRONMENT_PASSES as usize];
-    // SAFETY: the block is as long as stated.
-    let begun = unsafe { wis_environment_begin(&config, work, most.scratch_bytes, &mut items, null_mut()) };
-    assert_eq!(begun, Status::Ok);
+    let items = Shared { config: &config, memory: place, scratch: work, size: most }.begin();
     // SAFETY: the blocks are as long as stated.
     let status = unsafe { wis_environment_init(&config, place, 64, work, most.scratch_bytes, &mut handle, &mut at) };
     let needed = at.bytes_needed as usize;
     assert_eq!((status, at.argument), (Status::MemoryTooSmall, 2));
     assert!(expected.len() <= needed && needed <= expected.len() + 16 * wis::light::strata::MOST);
     assert!(short.bytes().iter().all(|&byte| byte == 0xa5));
-    let mut memory = Memory::new(needed, 0xa5);
+    let mut memory = Memory::filled(needed, 0xa5);
     let size = MemorySize { bytes: needed, ..most };
     let shared = Shared { config: &config, memory: memory.pointer(), scratch: work, size };
     for (pass, count) in (0..).zip(items).skip(2) {
         assert_eq!(shared.run(pass, 0, count), Status::Ok);
     }
-    // SAFETY: as above.
-    let status = unsafe {
-        let scratch_bytes = most.scratch_bytes;
-        wis_environment_finish(&config, shared.memory, size.bytes, work, scratch_bytes, &mut handle, null_mut())
-    };
-    assert_eq!(status, Status::Ok);
+    assert_eq!(shared.finish(), Status::Ok);
     assert!(memory.bytes()[..expected.len()] == expected);
 }
 
@@ -552,7 +504,7 @@ fn rays_alone() {
     let flags = WIS_ENVIRONMENT_RAYS_ONLY | WIS_ENVIRONMENT_COMPENSATED;
     let mut memory = Memory::copy(&build(&LightConfig { flags, ..config(WIS_LAYOUT_LATLONG, 33, 17, &pixels) }));
     assert_eq!(info_of(memory.bytes()).flags, flags);
-    let mut sampler = Memory::new(1 << 16, 0);
+    let mut sampler = Memory::filled(1 << 16, 0);
     let settings = SamplerConfig { size: size_of::<SamplerConfig>() as u32, rays: 1, ..SamplerConfig::default() };
     let environment = memory.pointer().cast_const().cast();
     let (u, wi) = ([0.5f32; 2], [0.0f32, 0.0, 1.0]);
@@ -572,17 +524,8 @@ fn rays_alone() {
         };
         refused(wis_sample(handle, environment, null(), 1, u.as_ptr(), 0, &mut drawn, 0));
         refused(wis_pdf(handle, environment, null(), 1, wi.as_ptr(), 0, &mut pdf, 0));
-        refused(wis_invert(
-            handle,
-            environment,
-            null(),
-            1,
-            wi.as_ptr(),
-            0,
-            back.as_mut_ptr(),
-            0,
-            statuses.as_mut_ptr(),
-        ));
+        let (u, told) = (back.as_mut_ptr(), statuses.as_mut_ptr());
+        refused(wis_invert(handle, environment, null(), 1, wi.as_ptr(), 0, u, 0, told));
         refused(wis_check(handle, environment, &seen, null_mut()));
         let (memory, offset, used) = (null_mut(), null_mut(), null_mut());
         refused(wis_product_prepare(handle, environment, &prepared, 1, null(), memory, 0, offset, used));
@@ -594,13 +537,11 @@ fn rays_alone() {
 #[test]
 fn threads_share_strata() {
     let pixels: Vec<f32> = (0..512 * 256).map(|i: u32| 0.125 + (i.wrapping_mul(0x9e37_79b9) >> 24) as f32).collect();
-    let config = LightConfig { channels: 1, ..config(WIS_LAYOUT_LATLONG, 512, 256, &pixels) };
-    let (size, mut items) = (size(&config), [0; WIS_ENVIRONMENT_PASSES as usize]);
-    let mut scratch = Memory::new(size.scratch_bytes, 0);
-    // SAFETY: all pointers are valid.
-    let begun =
-        unsafe { wis_environment_begin(&config, scratch.pointer(), size.scratch_bytes, &mut items, null_mut()) };
-    assert!(begun == Status::Ok && items[5] > 2, "{items:?}");
+    let config = config(WIS_LAYOUT_LATLONG, 512, 256, &pixels);
+    let size = size(&config);
+    let mut scratch = Memory::filled(size.scratch_bytes, 0);
+    let items = Shared { config: &config, memory: null_mut(), scratch: scratch.pointer(), size }.begin();
+    assert!(items[5] > 2, "{items:?}");
     let expected = build(&config);
     for threads in [1, 2, 5] {
         assert!(build_shared(&config, threads) == expected, "{threads} threads");
@@ -616,19 +557,11 @@ fn passes_in_order() {
     let pixels = texels(33 * 17);
     let config = config(WIS_LAYOUT_LATLONG, 33, 17, &pixels);
     let size = size(&config);
-    let (mut memory, mut scratch) = (Memory::new(size.bytes, 0), Memory::new(size.scratch_bytes, 0xa5));
+    let (mut memory, mut scratch) = (Memory::filled(size.bytes, 0), Memory::filled(size.scratch_bytes, 0xa5));
     let shared = Shared { config: &config, memory: memory.pointer(), scratch: scratch.pointer(), size };
     assert_eq!(shared.run(0, 0, 1), Status::Mismatch);
-    let mut items = [0; WIS_ENVIRONMENT_PASSES as usize];
-    let work = shared.scratch;
-    // SAFETY: all pointers are valid.
-    let begun = unsafe { wis_environment_begin(&config, work, size.scratch_bytes, &mut items, null_mut()) };
-    assert_eq!((begun, items), (Status::Ok, [17, 128, 128, 17, 1, 1]));
-    let finish = || {
-        let (mut handle, bytes) = (null(), size.scratch_bytes);
-        // SAFETY: all pointers are valid.
-        unsafe { wis_environment_finish(&config, shared.memory, size.bytes, work, bytes, &mut handle, null_mut()) }
-    };
+    let items = shared.begin();
+    assert_eq!(items, [17, 128, 128, 17, 1, 1]);
     for (pass, count) in (0..).zip(items) {
         for (first, more) in [(count + 1, 0), (u32::MAX, 1), (0, count + 1), (count, 1)] {
             assert_eq!(shared.run(pass, first, more), Status::InvalidArgument);
@@ -638,11 +571,11 @@ fn passes_in_order() {
         if pass + 1 < WIS_ENVIRONMENT_PASSES {
             assert_eq!(shared.run(pass + 1, 0, 1), Status::Mismatch);
         }
-        assert_eq!(finish(), Status::Mismatch);
+        assert_eq!(shared.finish(), Status::Mismatch);
         assert_eq!(shared.run(pass, 0, 1), Status::Ok);
     }
     assert_eq!(shared.run(WIS_ENVIRONMENT_PASSES, 0, 0), Status::InvalidArgument);
-    assert_eq!(finish(), Status::Ok);
+    assert_eq!(shared.finish(), Status::Ok);
     let expected = build(&config);
     assert!(memory.bytes()[..expected.len()] == expected);
 }
@@ -651,15 +584,12 @@ fn passes_in_order() {
 #[test]
 fn changed_configurations() {
     let pixels = texels(12 * 12 * 3);
-    let config = LightConfig { width: 12, height: 12, ..config(WIS_LAYOUT_LATLONG, 12, 12, &pixels) };
+    let config = config(WIS_LAYOUT_LATLONG, 12, 12, &pixels);
     let size = size(&config);
-    let mut scratch = Memory::new(2 * size.scratch_bytes, 0);
-    let mut memory = Memory::new(2 * size.bytes, 0);
-    let mut items = [0; WIS_ENVIRONMENT_PASSES as usize];
+    let mut scratch = Memory::filled(2 * size.scratch_bytes, 0);
+    let mut memory = Memory::filled(2 * size.bytes, 0);
     let work = scratch.pointer();
-    // SAFETY: all pointers are valid.
-    let begun = unsafe { wis_environment_begin(&config, work, size.scratch_bytes, &mut items, null_mut()) };
-    assert_eq!(begun, Status::Ok);
+    Shared { config: &config, memory: memory.pointer(), scratch: work, size }.begin();
     let changes: [fn(&mut LightConfig); 9] = [
         |c| c.layout = WIS_LAYOUT_OCTAHEDRAL,
         |c| c.width = 11,

@@ -1,5 +1,6 @@
 //! Rotated maps: their energy, against quadrature of the light's own look-up, and what is added.
 
+use crate::support::sphere::{direction_f64, latlong_direction};
 use crate::support::vector::unit;
 use crate::support::{self, BuiltTree, Random, tree_config};
 use std::f64::consts::PI;
@@ -63,9 +64,9 @@ fn texels(layout: Layout, height: u32, mut radiance: impl FnMut([f64; 3]) -> f32
     let [width, rows] = sides(layout, height);
     let at = |i: u32, n: u32| (f64::from(i % n) + 0.5) / f64::from(n);
     let direction = |x: u32, y: u32| match layout {
-        Layout::LatLong => sphere::latlong_direction([at(x, width), at(y, rows)]),
+        Layout::LatLong => latlong_direction([at(x, width), at(y, rows)]),
         Layout::Cube => sphere::cube_direction(y / width, 2.0 * at(x, width) - 1.0, 2.0 * at(y, width) - 1.0),
-        Layout::Octahedral => sphere::direction_f64([at(x, width), at(y, rows)]),
+        Layout::Octahedral => direction_f64([at(x, width), at(y, rows)]),
     };
     (0..width * rows).map(|k| radiance(unit(direction(k % width, k / width)))).collect()
 }

@@ -256,8 +256,7 @@ impl Places {
                 label: label.as_ptr(),
             };
             assert_eq!(wis_jitter_size(map, &config, &mut size, null_mut()), Status::Ok);
-            let (mut memory, mut scratch) =
-                (Memory::filled(size.bytes, 0xa5), Memory::filled(size.scratch_bytes, 0x5a));
+            let (mut memory, mut scratch) = (Memory::new(size.bytes), Memory::filled(size.scratch_bytes, 0x5a));
             let (place, work) = (memory.pointer(), scratch.pointer());
             let status =
                 wis_jitter_init(map, &config, place, size.bytes, work, size.scratch_bytes, &mut handle, null_mut());

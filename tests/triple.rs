@@ -1,6 +1,7 @@
 //! Triple product integrals against the vectors and sums over pixels.
 
 use crate::stored::{Random, Stored, vectors};
+use crate::support::sphere::cube_solid_angle;
 use wis::numeric::exp2i;
 use wis::sphere;
 use wis::wavelets::approximate;
@@ -195,7 +196,7 @@ fn six_faces_make_a_sphere() {
                 let d = sphere::cube_direction(face, s + 0.5 * step, t + 0.5 * step);
                 let cosine =
                     (0..3).map(|a| d[a] * normal[a]).sum::<f64>() / d.iter().map(|x| x * x).sum::<f64>().sqrt();
-                let solid_angle = sphere::cube_solid_angle([s, s + step], [t, t + step]);
+                let solid_angle = cube_solid_angle([s, s + step], [t, t + step]);
                 let seen = f64::from(u8::from(cosine > half_angle.cos()));
                 [cosine.max(0.0) / std::f64::consts::PI, solid_angle * (side * side) as f64, seen]
             };

@@ -57,13 +57,40 @@ impl std::error::Error for Failure {}
 
 /// The status of a call as a result.
 pub fn check(status: raw::wis_status) -> Result<()> {
-    check_with(status, raw::wis_diagnostic::default())
+    told(|_| status)
 }
 
-/// The same with what the library said of it.
-pub fn check_with(status: raw::wis_status, diagnostic: raw::wis_diagnostic) -> Result<()> {
+/// The same of a call that says where a fault is.
+pub fn told(call: impl FnOnce(*mut raw::wis_diagnostic) -> raw::wis_status) -> Result<()> {
+    let mut diagnostic = raw::wis_diagnostic::default();
+    let status = call(&mut diagnostic);
     if status == raw::WIS_OK { Ok(()) } else { Err(Failure { status, diagnostic }) }
 }
+
+/// What a call writes in place of a value.
+pub fn answered<T>(mut value: T, call: impl FnOnce(*mut T) -> raw::wis_status) -> Result<T> {
+    check(call(&mut value)).map(|()| value)
+}
+
+/// What a size query answers.
+pub fn size(
+    query: impl FnOnce(*mut raw::wis_memory_size, *mut raw::wis_diagnostic) -> raw::wis_status,
+) -> Result<raw::wis_memory_size> {
+    let mut size = raw::wis_memory_size::default();
+    told(|diagnostic| query(&mut size, diagnostic)).map(|()| size)
+}
+
+/// A struct of the header with its size and some fields; the others are 0.
+macro_rules! sized {
+    ($name:ident { $($field:ident $(: $value:expr)?),* $(,)? }) => {
+        $crate::client::raw::$name {
+            size: size_of::<$crate::client::raw::$name>() as u32,
+            $($field $(: $value)?,)*
+            ..Default::default()
+        }
+    };
+}
+pub(crate) use sized;
 
 /// Memory aligned to `WIS_ALIGNMENT`.
 #[derive(Clone, Default)]
@@ -84,6 +111,13 @@ impl Block {
         self.0.len() * size_of::<Unit>()
     }
 
+    /// Replaces the block by one of so many bytes, if it has fewer.
+    pub fn grow(&mut self, bytes: usize) {
+        if self.bytes() < bytes {
+            *self = Block::new(bytes);
+        }
+    }
+
     /// Gives back what lies behind the first `bytes`.
     pub fn shorten(&mut self, bytes: usize) {
         self.0.truncate(bytes.div_ceil(size_of::<Unit>()));
@@ -101,20 +135,16 @@ impl Block {
     }
 }
 
-/// Where the texels of a map come from.
+/// Where the texels of a map come from, as `WIS_FORMAT_*`.
 #[derive(Clone, Copy)]
 pub enum Texels<'a> {
     /// All texels, rows from the top, as 32-bit floats.
     F32(&'a [f32]),
-    /// The same as the bits of 16-bit floats.
-    F16(&'a [u16]),
-    /// A function that answers a row of 32-bit floats.
-    RowsF32(&'a (dyn Fn(u32) -> *const f32 + Sync)),
-    /// A function that answers a row of 16-bit floats.
-    RowsF16(&'a (dyn Fn(u32) -> *const u16 + Sync)),
+    /// A function that answers a row of a format.
+    Rows(u32, &'a (dyn Fn(u32) -> *const c_void + Sync)),
 }
 
-/// A map, as strata and lights take it.
+/// A map and what to build from it: the fields of `wis_environment_config`.
 #[derive(Clone, Copy)]
 #[allow(missing_docs)]
 pub struct Map<'a> {
@@ -122,48 +152,42 @@ pub struct Map<'a> {
     pub width: u32,
     pub height: u32,
     pub channels: u32,
+    pub filter: u32,
+    pub flags: u32,
+    pub error_budget: f32,
     pub texels: Texels<'a>,
+    pub world_from_map: Option<[f32; 9]>,
 }
 
 impl<'a> Map<'a> {
-    /// A lat-long map.
-    pub fn latlong(width: u32, height: u32, channels: u32, texels: &'a [f32]) -> Map<'a> {
-        Map { layout: raw::WIS_LAYOUT_LATLONG, width, height, channels, texels: Texels::F32(texels) }
+    /// A lat-long map for a bilinear client, all of it kept.
+    pub fn latlong(width: u32, height: u32, channels: u32, texels: Texels<'a>) -> Map<'a> {
+        let (layout, filter) = (raw::WIS_LAYOUT_LATLONG, raw::WIS_FILTER_BILINEAR);
+        Map { layout, width, height, channels, filter, flags: 0, error_budget: 0.0, texels, world_from_map: None }
     }
 
-    /// The format, the array, the function and its argument that give the texels.
-    fn source(&self) -> (u32, *const c_void, raw::wis_row_fn, *mut c_void) {
-        match &self.texels {
+    /// As the library takes it.
+    pub fn config(&self) -> raw::wis_environment_config {
+        let &Map { layout, width, height, channels, filter, flags, error_budget, .. } = self;
+        let (format, pixels, row, row_user): (_, _, raw::wis_row_fn, _) = match &self.texels {
             Texels::F32(texels) => (raw::WIS_FORMAT_F32, texels.as_ptr().cast(), None, null_mut()),
-            Texels::F16(texels) => (raw::WIS_FORMAT_F16, texels.as_ptr().cast(), None, null_mut()),
-            Texels::RowsF32(rows) => {
-                (raw::WIS_FORMAT_F32, null(), Some(row_f32), std::ptr::from_ref(rows).cast_mut().cast())
-            }
-            Texels::RowsF16(rows) => {
-                (raw::WIS_FORMAT_F16, null(), Some(row_f16), std::ptr::from_ref(rows).cast_mut().cast())
-            }
-        }
-    }
-
-    /// The map as wis.h describes it, for a nearest client.
-    fn environment_config(&self, world_from_map: &[f32; 9]) -> raw::wis_environment_config {
-        let (format, pixels, row, row_user) = self.source();
-        raw::wis_environment_config {
-            size: size_of::<raw::wis_environment_config>() as u32,
-            layout: self.layout,
-            width: self.width,
-            height: self.height,
-            channels: self.channels,
+            Texels::Rows(format, rows) => (*format, null(), Some(row), std::ptr::from_ref(rows).cast_mut().cast()),
+        };
+        let world_from_map = self.world_from_map.as_ref().map_or(null(), |matrix| matrix.as_ptr());
+        sized!(wis_environment_config {
+            layout,
+            width,
+            height,
+            channels,
             format,
-            filter: raw::WIS_FILTER_NEAREST,
-            flags: 0,
-            error_budget: 0.0,
+            filter,
+            flags,
+            error_budget,
             pixels,
-            row_stride: 0,
             row,
             row_user,
-            world_from_map: world_from_map.as_ptr(),
-        }
+            world_from_map,
+        })
     }
 }
 
@@ -171,20 +195,9 @@ impl<'a> Map<'a> {
 ///
 /// # Safety
 /// `user` points to a reference to such a function, which is alive.
-pub unsafe extern "C" fn row_f32(user: *mut c_void, y: u32) -> *const c_void {
+unsafe extern "C" fn row(user: *mut c_void, y: u32) -> *const c_void {
     // SAFETY: the configuration gave this pointer, and the map outlives the build.
-    let rows = unsafe { &*user.cast::<&(dyn Fn(u32) -> *const f32 + Sync)>() };
-    rows(y).cast()
-}
-
-/// A row callback of 16-bit floats.
-///
-/// # Safety
-/// As for [`row_f32`].
-pub unsafe extern "C" fn row_f16(user: *mut c_void, y: u32) -> *const c_void {
-    // SAFETY: as in `row_f32`.
-    let rows = unsafe { &*user.cast::<&(dyn Fn(u32) -> *const u16 + Sync)>() };
-    rows(y).cast()
+    unsafe { (*user.cast::<&(dyn Fn(u32) -> *const c_void + Sync)>())(y) }
 }
 
 /// A density on the sphere of directions: what `sample`, `pdf` and `invert` answer for it. One of `sample` and `sample_n` follows from the
@@ -254,12 +267,6 @@ pub struct Turn {
     pub world_from_tree: [f32; 9],
 }
 
-/// A configuration of a tree of which nothing is set but the source.
-fn tree_config(source: u32) -> raw::wis_tree_config {
-    let size = size_of::<raw::wis_tree_config>() as u32;
-    raw::wis_tree_config { size, source, ..Default::default() }
-}
-
 /// The tree of a function on the square, and its memory.
 #[derive(Clone)]
 pub struct Tree {
@@ -277,13 +284,13 @@ impl Tree {
     /// Builds a tree of `2^depth` values along each of some axes.
     pub fn of(dimensions: u32, depth: u32, error_budget: f32, pixels: &[f32]) -> Result<Tree> {
         assert!(pixels.len() == 1 << (dimensions * depth));
-        let config = raw::wis_tree_config {
+        let config = sized!(wis_tree_config {
+            source: raw::WIS_TREE_PIXELS,
             dimensions,
             depth,
             error_budget,
-            pixels: pixels.as_ptr(),
-            ..tree_config(raw::WIS_TREE_PIXELS)
-        };
+            pixels: pixels.as_ptr()
+        });
         // SAFETY: `pixels` was checked to hold all values.
         unsafe { Tree::build(&config, &mut Block::new(0)) }
     }
@@ -292,7 +299,7 @@ impl Tree {
     pub fn multiply(&self, f: &Tree, g: Option<&Tree>, scratch: &mut Block) -> Result<Tree> {
         let (trees, tree_count) =
             ([self.handle(), f.handle(), g.map_or(null(), Tree::handle)], 2 + u32::from(g.is_some()));
-        let config = raw::wis_tree_config { tree_count, trees: trees.as_ptr(), ..tree_config(raw::WIS_TREE_PRODUCT) };
+        let config = sized!(wis_tree_config { source: raw::WIS_TREE_PRODUCT, tree_count, trees: trees.as_ptr() });
         // SAFETY: the handles are alive.
         unsafe { Tree::build(&config, scratch) }
     }
@@ -301,7 +308,7 @@ impl Tree {
     pub fn blend(terms: &[(&Tree, f64)], scratch: &mut Block) -> Result<Tree> {
         let (trees, weights): (Vec<_>, Vec<_>) = terms.iter().map(|(tree, weight)| (tree.handle(), *weight)).unzip();
         let (tree_count, trees, weight) = (terms.len() as u32, trees.as_ptr(), weights.as_ptr());
-        let config = raw::wis_tree_config { tree_count, trees, weight, ..tree_config(raw::WIS_TREE_BLEND) };
+        let config = sized!(wis_tree_config { source: raw::WIS_TREE_BLEND, tree_count, trees, weight });
         // SAFETY: as many live handles and weights as are said.
         unsafe { Tree::build(&config, scratch) }
     }
@@ -309,14 +316,14 @@ impl Tree {
     /// A map in another frame.
     pub fn of_environment(environment: *const raw::wis_environment, turn: &Turn) -> Result<Tree> {
         let &Turn { depth, error_budget, least, .. } = turn;
-        let config = raw::wis_tree_config {
+        let config = sized!(wis_tree_config {
+            source: raw::WIS_TREE_ENVIRONMENT,
             depth,
             error_budget,
             least: least.into(),
             environment,
-            world_from_tree: turn.world_from_tree.as_ptr(),
-            ..tree_config(raw::WIS_TREE_ENVIRONMENT)
-        };
+            world_from_tree: turn.world_from_tree.as_ptr()
+        });
         // SAFETY: everything that is pointed to is alive, and matrices have nine numbers.
         unsafe { Tree::build(&config, &mut Block::new(0)) }
     }
@@ -324,7 +331,7 @@ impl Tree {
     /// The tree of a function given by its average and any wavelets, raised to `least`.
     pub fn of_wavelets(average: f64, wavelets: &[raw::wis_wavelets], least: f64) -> Result<Tree> {
         let (count, wavelets) = (wavelets.len() as u32, wavelets.as_ptr());
-        let config = raw::wis_tree_config { average, count, wavelets, least, ..tree_config(raw::WIS_TREE_WAVELETS) };
+        let config = sized!(wis_tree_config { source: raw::WIS_TREE_WAVELETS, average, count, wavelets, least });
         // SAFETY: the list is as long as it says.
         unsafe { Tree::build(&config, &mut Block::new(0)) }
     }
@@ -334,19 +341,15 @@ impl Tree {
     /// # Safety
     /// What the configuration points to is alive, and as long as it says.
     unsafe fn build(config: &raw::wis_tree_config, scratch: &mut Block) -> Result<Tree> {
-        let (mut size, mut diagnostic) = (raw::wis_memory_size::default(), raw::wis_diagnostic::default());
         // SAFETY: the caller's contract.
-        check_with(unsafe { raw::wis_tree_size(config, &mut size, &mut diagnostic) }, diagnostic)?;
-        if scratch.bytes() < size.scratch_bytes {
-            *scratch = Block::new(size.scratch_bytes);
-        }
-        let (mut memory, mut tree) = (Block::new(size.bytes), null());
-        let mut info = raw::wis_tree_info { size: size_of::<raw::wis_tree_info>() as u32, ..Default::default() };
+        let size = size(|size, diagnostic| unsafe { raw::wis_tree_size(config, size, diagnostic) })?;
+        scratch.grow(size.scratch_bytes);
+        let (mut memory, mut tree, mut info) = (Block::new(size.bytes), null(), sized!(wis_tree_info {}));
         let (place, bytes, work, room) = (memory.start_mut(), memory.bytes(), scratch.start_mut(), scratch.bytes());
         // SAFETY: the caller's contract; the blocks are as long as they say.
-        let status =
-            unsafe { raw::wis_tree_init(config, place, bytes, work, room, &mut tree, &mut info, &mut diagnostic) };
-        check_with(status, diagnostic)?;
+        told(|diagnostic| unsafe {
+            raw::wis_tree_init(config, place, bytes, work, room, &mut tree, &mut info, diagnostic)
+        })?;
         memory.shorten(info.bytes as usize);
         Ok(Tree { memory, info })
     }
@@ -358,10 +361,8 @@ impl Tree {
 
     /// The integral of the product of three functions.
     pub fn triple_integral([a, b, c]: [&Tree; 3]) -> Result<f64> {
-        let mut integral = f64::NAN;
         // SAFETY: the handles are alive.
-        check(unsafe { raw::wis_triple_integral(a.handle(), b.handle(), c.handle(), &mut integral) })?;
-        Ok(integral)
+        answered(f64::NAN, |out| unsafe { raw::wis_triple_integral(a.handle(), b.handle(), c.handle(), out) })
     }
 
     /// The largest wavelets.
@@ -370,14 +371,8 @@ impl Tree {
         let mut count = 0;
         // SAFETY: there is room for `keep` elements.
         check(unsafe {
-            raw::wis_triple_select(
-                self.handle(),
-                raw::WIS_SELECT_WAVELETS,
-                keep,
-                wavelets.as_mut_ptr(),
-                &mut count,
-                null_mut(),
-            )
+            let (tree, list) = (self.handle(), wavelets.as_mut_ptr());
+            raw::wis_triple_select(tree, raw::WIS_SELECT_WAVELETS, keep, list, &mut count, null_mut())
         })?;
         wavelets.truncate(count as usize);
         Ok(wavelets)
@@ -390,30 +385,18 @@ impl Tree {
         kept: &[raw::wis_wavelets],
         visible: &Tree,
     ) -> Result<f64> {
-        let mut integral = f64::NAN;
+        let (count, list, kept_count, kept) = (brdf.len() as u32, brdf.as_ptr(), kept.len() as u32, kept.as_ptr());
         // SAFETY: the handles are alive and the lists as long as they say.
-        check(unsafe {
-            raw::wis_triple_sublinear(
-                average,
-                brdf.len() as u32,
-                brdf.as_ptr(),
-                kept.len() as u32,
-                kept.as_ptr(),
-                self.handle(),
-                visible.handle(),
-                &mut integral,
-                null_mut(),
-            )
-        })?;
-        Ok(integral)
+        answered(f64::NAN, |out| unsafe {
+            let (light, visible) = (self.handle(), visible.handle());
+            raw::wis_triple_sublinear(average, count, list, kept_count, kept, light, visible, out, null_mut())
+        })
     }
 
     /// The integral of this function times another.
     pub fn product_integral(&self, other: &Tree) -> Result<f64> {
-        let mut integral = f64::NAN;
         // SAFETY: both handles are alive.
-        check(unsafe { raw::wis_tree_product_integral(self.handle(), other.handle(), &mut integral) })?;
-        Ok(integral)
+        answered(f64::NAN, |out| unsafe { raw::wis_tree_product_integral(self.handle(), other.handle(), out) })
     }
 
     /// A point of the square and its density.
@@ -426,18 +409,14 @@ impl Tree {
 
     /// The density at a point.
     pub fn pdf(&self, point: [f32; 2]) -> Result<f32> {
-        let mut pdf = f32::NAN;
         // SAFETY: as in `sample`.
-        check(unsafe { raw::wis_tree_pdf(self.handle(), point.as_ptr(), &mut pdf) })?;
-        Ok(pdf)
+        answered(f32::NAN, |out| unsafe { raw::wis_tree_pdf(self.handle(), point.as_ptr(), out) })
     }
 
     /// The `u` that leads to a point.
     pub fn invert(&self, point: [f32; 2]) -> Result<[f32; 2]> {
-        let mut u = [f32::NAN; 2];
         // SAFETY: as in `sample`.
-        check(unsafe { raw::wis_tree_invert(self.handle(), point.as_ptr(), u.as_mut_ptr()) })?;
-        Ok(u)
+        answered([f32::NAN; 2], |out| unsafe { raw::wis_tree_invert(self.handle(), point.as_ptr(), out.cast()) })
     }
 
     /// Warps points in place; `index` is permuted alike.
@@ -445,13 +424,8 @@ impl Tree {
         assert!(points.len() == index.len() && self.info.dimensions as usize == N);
         // SAFETY: the handle is alive, and the slices are of one length.
         check(unsafe {
-            raw::wis_warp_in_place(
-                self.handle(),
-                points.as_mut_ptr().cast(),
-                index.as_mut_ptr(),
-                points.len(),
-                null_mut(),
-            )
+            let (first, index) = (points.as_mut_ptr().cast(), index.as_mut_ptr());
+            raw::wis_warp_in_place(self.handle(), first, index, points.len(), null_mut())
         })
     }
 }
@@ -487,64 +461,36 @@ pub struct Strata {
 
 impl Strata {
     /// Cuts a map; the size of the config is filled in.
-    pub fn new(map: &Map, world_from_map: &[f32; 9], config: &raw::wis_strata_config) -> Result<Strata> {
+    pub fn new(map: &Map, config: &raw::wis_strata_config) -> Result<Strata> {
         let config = raw::wis_strata_config { size: size_of::<raw::wis_strata_config>() as u32, ..*config };
-        let map_config = map.environment_config(world_from_map);
-        let (mut size, mut diagnostic) = (raw::wis_memory_size::default(), raw::wis_diagnostic::default());
+        let of = map.config();
         // SAFETY: every pointer is to a live local.
-        let status = unsafe { raw::wis_strata_size(&map_config, &config, &mut size, &mut diagnostic) };
-        check_with(status, diagnostic)?;
+        let size = size(|size, diagnostic| unsafe { raw::wis_strata_size(&of, &config, size, diagnostic) })?;
         let mut lights = vec![raw::wis_light::default(); size.bytes / size_of::<raw::wis_light>()];
         let mut label = vec![0; map.width as usize * map.height as usize];
         let (mut scratch, mut count) = (Block::new(size.scratch_bytes), 0);
         // SAFETY: the lights and the scratch memory are as large as was asked for, the labels as the map.
-        let status = unsafe {
-            raw::wis_strata_lights(
-                &map_config,
-                &config,
-                scratch.start_mut(),
-                scratch.bytes(),
-                lights.as_mut_ptr(),
-                &mut count,
-                label.as_mut_ptr(),
-                &mut diagnostic,
-            )
-        };
-        check_with(status, diagnostic)?;
+        told(|diagnostic| unsafe {
+            let (work, room, label) = (scratch.start_mut(), scratch.bytes(), label.as_mut_ptr());
+            raw::wis_strata_lights(&of, &config, work, room, lights.as_mut_ptr(), &mut count, label, diagnostic)
+        })?;
         lights.truncate(count as usize);
         Ok(Strata { lights, label, size })
     }
 
     /// The texels of each stratum, to place samples inside: `WIS_JITTER_*`.
-    pub fn jitter(&self, map: &Map, world_from_map: &[f32; 9], distribution: u32) -> Result<Jitter> {
-        let (mut size, mut diagnostic) = (raw::wis_memory_size::default(), raw::wis_diagnostic::default());
-        let config = raw::wis_jitter_config {
-            size: size_of::<raw::wis_jitter_config>() as u32,
-            light_count: self.lights.len() as u32,
-            distribution,
-            label: self.label.as_ptr(),
-            ..Default::default()
-        };
-        let map_config = map.environment_config(world_from_map);
+    pub fn jitter(&self, map: &Map, distribution: u32) -> Result<Jitter> {
+        let (light_count, label) = (self.lights.len() as u32, self.label.as_ptr());
+        let (of, config) = (map.config(), sized!(wis_jitter_config { light_count, distribution, label }));
         // SAFETY: every pointer is to a live local.
-        let status = unsafe { raw::wis_jitter_size(&map_config, &config, &mut size, &mut diagnostic) };
-        check_with(status, diagnostic)?;
-        let (mut memory, mut scratch) = (Block::new(size.bytes), Block::new(size.scratch_bytes));
-        let mut handle = null();
+        let size = size(|size, diagnostic| unsafe { raw::wis_jitter_size(&of, &config, size, diagnostic) })?;
+        let (mut memory, mut scratch, mut handle) = (Block::new(size.bytes), Block::new(size.scratch_bytes), null());
         // SAFETY: the blocks are as large as was asked for, the labels as the map.
-        let status = unsafe {
-            raw::wis_jitter_init(
-                &map_config,
-                &config,
-                memory.start_mut(),
-                memory.bytes(),
-                scratch.start_mut(),
-                scratch.bytes(),
-                &mut handle,
-                &mut diagnostic,
-            )
-        };
-        check_with(status, diagnostic)?;
+        told(|diagnostic| unsafe {
+            let (place, bytes) = (memory.start_mut(), memory.bytes());
+            let (work, room) = (scratch.start_mut(), scratch.bytes());
+            raw::wis_jitter_init(&of, &config, place, bytes, work, room, &mut handle, diagnostic)
+        })?;
         Ok(Jitter(memory))
     }
 }
@@ -555,9 +501,9 @@ pub struct Jitter(Block);
 impl Jitter {
     /// A direction inside the stratum of a light, and its pdf there.
     pub fn sample(&self, light: u32, u: [f32; 2]) -> Result<([f32; 3], f32)> {
-        let mut sample = raw::wis_drawn::default();
+        let (jitter, drawn) = (self.0.start().cast(), raw::wis_drawn::default());
         // SAFETY: the memory holds a jitter, and the locals live.
-        check(unsafe { raw::wis_jitter_sample(self.0.start().cast(), light, u.as_ptr(), &mut sample) })?;
+        let sample = answered(drawn, |out| unsafe { raw::wis_jitter_sample(jitter, light, u.as_ptr(), out) })?;
         Ok((sample.wi, sample.pdf))
     }
 }
@@ -565,19 +511,10 @@ impl Jitter {
 /// The lights by contribution, the largest first, and how many are worth a ray.
 pub fn order(contribution: &[f32], threshold: f32, index: &mut [u32]) -> Result<usize> {
     assert_eq!(contribution.len(), index.len());
-    let mut traced = 0;
+    let (count, contribution, index) = (contribution.len(), contribution.as_ptr(), index.as_mut_ptr());
     // SAFETY: both slices have as many elements.
-    check(unsafe {
-        raw::wis_strata_order(
-            contribution.len(),
-            contribution.as_ptr(),
-            threshold,
-            index.as_mut_ptr(),
-            &mut traced,
-            null_mut(),
-        )
-    })?;
-    Ok(traced as usize)
+    answered(0, |out| unsafe { raw::wis_strata_order(count, contribution, threshold, index, out, null_mut()) })
+        .map(|traced| traced as usize)
 }
 
 /// Visibility in 8 bits, and its memory.
@@ -586,16 +523,14 @@ pub struct Visibility(Block);
 impl Visibility {
     /// Stores a tree of values from 0 to 1.
     pub fn new(tree: &Tree) -> Result<Visibility> {
-        let (mut size, mut diagnostic) = (raw::wis_memory_size::default(), raw::wis_diagnostic::default());
         // SAFETY: the handle is alive.
-        check_with(unsafe { raw::wis_visibility_size(tree.handle(), &mut size, &mut diagnostic) }, diagnostic)?;
+        let size = size(|size, diagnostic| unsafe { raw::wis_visibility_size(tree.handle(), size, diagnostic) })?;
         let (mut memory, mut handle) = (Block::new(size.bytes), null());
         // SAFETY: the block is as long as it says.
-        let status = unsafe {
+        told(|diagnostic| unsafe {
             let (place, bytes) = (memory.start_mut(), memory.bytes());
-            raw::wis_visibility_init(tree.handle(), place, bytes, &mut handle, &mut diagnostic)
-        };
-        check_with(status, diagnostic)?;
+            raw::wis_visibility_init(tree.handle(), place, bytes, &mut handle, diagnostic)
+        })?;
         Ok(Visibility(memory))
     }
 
@@ -606,10 +541,10 @@ impl Visibility {
 
     /// The integral of what is seen of a function.
     pub fn product_integral(&self, tree: &Tree) -> Result<f64> {
-        let mut integral = f64::NAN;
         // SAFETY: the handles are alive.
-        check(unsafe { raw::wis_visibility_product_integral(tree.handle(), self.0.start().cast(), &mut integral) })?;
-        Ok(integral)
+        answered(f64::NAN, |out| unsafe {
+            raw::wis_visibility_product_integral(tree.handle(), self.0.start().cast(), out)
+        })
     }
 
     /// As [`Tree::sublinear`].
@@ -619,22 +554,12 @@ impl Visibility {
         kept: &[raw::wis_wavelets],
         light: &Tree,
     ) -> Result<f64> {
-        let mut integral = f64::NAN;
+        let (count, list, kept_count, kept) = (brdf.len() as u32, brdf.as_ptr(), kept.len() as u32, kept.as_ptr());
         // SAFETY: the handles are alive and the lists as long as they say.
-        check(unsafe {
-            raw::wis_visibility_integral(
-                average,
-                brdf.len() as u32,
-                brdf.as_ptr(),
-                kept.len() as u32,
-                kept.as_ptr(),
-                light.handle(),
-                self.0.start().cast(),
-                &mut integral,
-                null_mut(),
-            )
-        })?;
-        Ok(integral)
+        answered(f64::NAN, |out| unsafe {
+            let (light, visible) = (light.handle(), self.0.start().cast());
+            raw::wis_visibility_integral(average, count, list, kept_count, kept, light, visible, out, null_mut())
+        })
     }
 }
 
@@ -649,16 +574,8 @@ pub fn blend(lists: &[(&[raw::wis_wavelets], f64)], out: &mut Vec<raw::wis_wavel
     let (handles, counts, weights) = (handles.as_ptr(), counts.as_ptr(), weights.as_ptr());
     // SAFETY: the lists are alive, and there is room for all of their elements.
     check(unsafe {
-        raw::wis_triple_blend(
-            lists.len() as u32,
-            handles,
-            counts,
-            weights,
-            room,
-            out.as_mut_ptr(),
-            &mut count,
-            null_mut(),
-        )
+        let (lists, list) = (lists.len() as u32, out.as_mut_ptr());
+        raw::wis_triple_blend(lists, handles, counts, weights, room, list, &mut count, null_mut())
     })?;
     out.truncate(count as usize);
     Ok(())
@@ -671,18 +588,16 @@ pub fn grid_direction(side: u32, cell: u32) -> Result<[f32; 3]> {
 
 /// The world direction of a point of the square of a frame.
 pub fn square_direction(point: [f32; 2], frame: Option<&[f32; 9]>) -> Result<[f32; 3]> {
-    let (mut direction, frame) = ([0.0; 3], frame.map_or(null(), |frame| frame.as_ptr()));
+    let frame = frame.map_or(null(), |frame| frame.as_ptr());
     // SAFETY: the arrays are as long as they must be.
-    check(unsafe { raw::wis_square_direction(point.as_ptr(), frame, direction.as_mut_ptr()) })?;
-    Ok(direction)
+    answered([0.0; 3], |out| unsafe { raw::wis_square_direction(point.as_ptr(), frame, out.cast()) })
 }
 
 /// The point of the square of a frame for a world direction.
 pub fn square_point(wi: [f32; 3], frame: Option<&[f32; 9]>) -> Result<[f32; 2]> {
-    let (mut point, frame) = ([0.0; 2], frame.map_or(null(), |frame| frame.as_ptr()));
+    let frame = frame.map_or(null(), |frame| frame.as_ptr());
     // SAFETY: the arrays are as long as they must be.
-    check(unsafe { raw::wis_square_point(wi.as_ptr(), frame, point.as_mut_ptr()) })?;
-    Ok(point)
+    answered([0.0; 2], |out| unsafe { raw::wis_square_point(wi.as_ptr(), frame, out.cast()) })
 }
 
 /// The slices of a table beside a view, their weights, and the frame about its mirror direction.
@@ -690,14 +605,8 @@ pub fn table_view(slices: u32, normal: [f32; 3], wo: [f32; 3]) -> Result<([u32; 
     let (mut slice, mut weight, mut frame) = ([0; 2], [0.0; 2], [0.0; 9]);
     // SAFETY: the arrays are as long as they must be.
     check(unsafe {
-        raw::wis_table_view(
-            slices,
-            normal.as_ptr(),
-            wo.as_ptr(),
-            slice.as_mut_ptr(),
-            weight.as_mut_ptr(),
-            frame.as_mut_ptr(),
-        )
+        let (slice, weight, frame) = (slice.as_mut_ptr(), weight.as_mut_ptr(), frame.as_mut_ptr());
+        raw::wis_table_view(slices, normal.as_ptr(), wo.as_ptr(), slice, weight, frame)
     })?;
     Ok((slice, weight, frame))
 }

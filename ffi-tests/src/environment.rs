@@ -1,67 +1,11 @@
 //! The light in small tables and the calls that take a sampler: a Rust client of the C functions wis_environment_*,
 //! wis_product_*, wis_sample, wis_pdf, wis_invert and wis_direct.
 
-use crate::client::{Block, Brdf, Density, Result, Texels, brdf_batch, check, check_with, raw, row_f16, row_f32};
+pub use crate::client::Map;
+use crate::client::{self, Block, Brdf, Density, Result, answered, brdf_batch, check, raw, sized, told};
 use std::cell::RefCell;
 use std::ffi::c_void;
 use std::ptr::{null, null_mut};
-
-/// A map and what to build from it: the fields of `wis_environment_config`.
-#[derive(Clone, Copy)]
-#[allow(missing_docs)]
-pub struct Map<'a> {
-    pub layout: u32,
-    pub width: u32,
-    pub height: u32,
-    pub channels: u32,
-    pub filter: u32,
-    pub flags: u32,
-    pub error_budget: f32,
-    pub texels: Texels<'a>,
-    pub world_from_map: Option<[f32; 9]>,
-}
-
-impl<'a> Map<'a> {
-    /// A lat-long map for a bilinear client, all of it kept.
-    pub fn latlong(width: u32, height: u32, channels: u32, texels: Texels<'a>) -> Map<'a> {
-        let (layout, filter) = (raw::WIS_LAYOUT_LATLONG, raw::WIS_FILTER_BILINEAR);
-        Map { layout, width, height, channels, filter, flags: 0, error_budget: 0.0, texels, world_from_map: None }
-    }
-
-    /// As the library takes it.
-    pub fn config(&self) -> raw::wis_environment_config {
-        let mut config = raw::wis_environment_config {
-            size: size_of::<raw::wis_environment_config>() as u32,
-            layout: self.layout,
-            width: self.width,
-            height: self.height,
-            channels: self.channels,
-            format: raw::WIS_FORMAT_F32,
-            filter: self.filter,
-            flags: self.flags,
-            error_budget: self.error_budget,
-            world_from_map: self.world_from_map.as_ref().map_or(null(), |matrix| matrix.as_ptr()),
-            ..Default::default()
-        };
-        match &self.texels {
-            Texels::F32(texels) => config.pixels = texels.as_ptr().cast(),
-            Texels::F16(texels) => {
-                config.format = raw::WIS_FORMAT_F16;
-                config.pixels = texels.as_ptr().cast();
-            }
-            Texels::RowsF32(rows) => {
-                config.row = Some(row_f32);
-                config.row_user = std::ptr::from_ref(rows).cast_mut().cast();
-            }
-            Texels::RowsF16(rows) => {
-                config.format = raw::WIS_FORMAT_F16;
-                config.row = Some(row_f16);
-                config.row_user = std::ptr::from_ref(rows).cast_mut().cast();
-            }
-        }
-        config
-    }
-}
 
 /// An environment and its memory.
 #[derive(Clone)]
@@ -77,11 +21,8 @@ impl Environment {
     /// # Errors
     /// Those of the library.
     pub fn size(map: &Map) -> Result<raw::wis_memory_size> {
-        let (mut size, mut diagnostic) = (raw::wis_memory_size::default(), raw::wis_diagnostic::default());
         // SAFETY: every pointer is to a live local.
-        let status = unsafe { raw::wis_environment_size(&map.config(), &mut size, &mut diagnostic) };
-        check_with(status, diagnostic)?;
-        Ok(size)
+        client::size(|size, diagnostic| unsafe { raw::wis_environment_size(&map.config(), size, diagnostic) })
     }
 
     /// Builds a map.
@@ -98,24 +39,16 @@ impl Environment {
     /// # Errors
     /// Those of the library.
     pub fn new_in(map: &Map, mut memory: Block, scratch: &mut Block) -> Result<Environment> {
-        let (mut handle, mut diagnostic) = (null(), raw::wis_diagnostic::default());
+        let (config, mut handle) = (map.config(), null());
         // SAFETY: the blocks are as long as they say, and the texels live as long as the map.
-        let status = unsafe {
-            raw::wis_environment_init(
-                &map.config(),
-                memory.start_mut(),
-                memory.bytes(),
-                scratch.start_mut(),
-                scratch.bytes(),
-                &mut handle,
-                &mut diagnostic,
-            )
-        };
-        check_with(status, diagnostic)?;
-        let mut info =
-            raw::wis_environment_info { size: size_of::<raw::wis_environment_info>() as u32, ..Default::default() };
+        told(|diagnostic| unsafe {
+            let (place, bytes) = (memory.start_mut(), memory.bytes());
+            let (work, room) = (scratch.start_mut(), scratch.bytes());
+            raw::wis_environment_init(&config, place, bytes, work, room, &mut handle, diagnostic)
+        })?;
+        let info = sized!(wis_environment_info {});
         // SAFETY: the handle is that of a finished environment.
-        check(unsafe { raw::wis_environment_describe(handle, &mut info) })?;
+        let info = answered(info, |info| unsafe { raw::wis_environment_describe(handle, info) })?;
         memory.shorten(info.bytes as usize);
         Ok(Environment { memory, info })
     }
@@ -172,22 +105,15 @@ impl Sampler {
     /// # Errors
     /// Those of the library.
     pub fn new(rays: usize, candidates_per_ray: usize, hits_per_pixel: usize) -> Result<Sampler> {
-        let config = raw::wis_sampler_config {
-            size: size_of::<raw::wis_sampler_config>() as u32,
-            cpu_level: raw::WIS_CPU_DETECT,
-            rays: rays as u32,
-            candidates_per_ray: candidates_per_ray as u32,
-            hits_per_pixel: hits_per_pixel as u32,
-            reserved: 0,
-        };
-        let (mut size, mut diagnostic) = (raw::wis_memory_size::default(), raw::wis_diagnostic::default());
+        let [rays, candidates_per_ray, hits_per_pixel] = [rays, candidates_per_ray, hits_per_pixel].map(|n| n as u32);
+        let config = sized!(wis_sampler_config { rays, candidates_per_ray, hits_per_pixel });
         // SAFETY: every pointer is to a live local.
-        check_with(unsafe { raw::wis_sampler_size(&config, &mut size, &mut diagnostic) }, diagnostic)?;
+        let size = client::size(|size, diagnostic| unsafe { raw::wis_sampler_size(&config, size, diagnostic) })?;
         let (mut memory, mut handle) = (Block::new(size.bytes), null_mut());
         // SAFETY: the block is as long as it says.
-        let status =
-            unsafe { raw::wis_sampler_init(&config, memory.start_mut(), memory.bytes(), &mut handle, &mut diagnostic) };
-        check_with(status, diagnostic)?;
+        told(|diagnostic| unsafe {
+            raw::wis_sampler_init(&config, memory.start_mut(), memory.bytes(), &mut handle, diagnostic)
+        })?;
         Ok(Sampler { memory })
     }
 
@@ -217,11 +143,7 @@ impl Sampler {
         ray: &mut [raw::wis_ray],
         mut add: F,
     ) -> Result<()> {
-        let mut point = *point;
-        if let Some(brdf) = &mut target {
-            point.target = Some(brdf_batch);
-            point.target_user = std::ptr::from_mut(brdf).cast();
-        }
+        let point = aimed(point, &mut target);
         let mut sum = Reflected { add: add_ray::<F>, client: std::ptr::from_mut(&mut add).cast() };
         // SAFETY: handles, material, BRDF and `add` are alive, and there is room for each ray.
         check(unsafe {
@@ -257,11 +179,7 @@ impl Sampler {
         ray: &mut [raw::wis_ray],
         count: &mut u32,
     ) -> Result<()> {
-        let mut point = *point;
-        if let Some(brdf) = &mut brdf {
-            point.target = Some(brdf_batch);
-            point.target_user = std::ptr::from_mut(brdf).cast();
-        }
+        let point = aimed(point, &mut brdf);
         // SAFETY: handles, point, BRDF and material are alive, and there is room for the rays.
         check(unsafe {
             let (rays, out) = (ray.len() as u32, ray.as_mut_ptr());
@@ -299,9 +217,7 @@ impl Sampler {
     ) -> Result<usize> {
         assert!(offset.len() == points.len());
         let most = points.len() * product_bytes(config)?;
-        if memory.bytes() < most {
-            *memory = Block::new(most);
-        }
+        memory.grow(most);
         let (mut used, count) = (0, points.len());
         // SAFETY: handles, points and materials are alive, and there is room for as many products.
         check(unsafe {
@@ -314,9 +230,15 @@ impl Sampler {
     }
 }
 
+/// A point whose target is a BRDF, if there is one.
+fn aimed(point: &raw::wis_point, target: &mut Option<Brdf>) -> raw::wis_point {
+    let Some(brdf) = target else { return *point };
+    raw::wis_point { target: Some(brdf_batch), target_user: std::ptr::from_mut(brdf).cast(), ..*point }
+}
+
 /// How products are prepared by default.
 pub fn product_config() -> raw::wis_product_config {
-    raw::wis_product_config { size: size_of::<raw::wis_product_config>() as u32, ..Default::default() }
+    sized!(wis_product_config {})
 }
 
 /// The most bytes that a product takes.
@@ -324,10 +246,8 @@ pub fn product_config() -> raw::wis_product_config {
 /// # Errors
 /// Those of the library.
 pub fn product_bytes(config: &raw::wis_product_config) -> Result<usize> {
-    let mut size = raw::wis_memory_size::default();
     // SAFETY: the pointers are to live values.
-    check(unsafe { raw::wis_product_size(config, &mut size, null_mut()) })?;
-    Ok(size.bytes)
+    Ok(client::size(|size, diagnostic| unsafe { raw::wis_product_size(config, size, diagnostic) })?.bytes)
 }
 
 /// The light of an environment, or its product with the BRDF at a point, as a density, with the sampler of a thread.
@@ -368,10 +288,8 @@ impl<'a> Light<'a> {
     /// # Errors
     /// Those of the library.
     pub fn covers(&self, point: &raw::wis_point) -> Result<bool> {
-        let mut covers = 0;
         // SAFETY: product, point and material are alive.
-        check(unsafe { raw::wis_product_covers(self.product, point, &mut covers) })?;
-        Ok(covers != 0)
+        Ok(answered(0, |covers| unsafe { raw::wis_product_covers(self.product, point, covers) })? != 0)
     }
 
     /// What was prepared, of a product.
@@ -379,10 +297,9 @@ impl<'a> Light<'a> {
     /// # Errors
     /// Those of the library.
     pub fn describe(&self) -> Result<raw::wis_product_info> {
-        let mut info = raw::wis_product_info { size: size_of::<raw::wis_product_info>() as u32, ..Default::default() };
+        let (info, environment) = (sized!(wis_product_info {}), self.environment.handle());
         // SAFETY: environment and product are alive.
-        check(unsafe { raw::wis_product_describe(self.environment.handle(), self.product, &mut info) })?;
-        Ok(info)
+        answered(info, |info| unsafe { raw::wis_product_describe(environment, self.product, info) })
     }
 }
 
@@ -436,18 +353,8 @@ impl Density for Light<'_> {
         let (mut sampler, mut u, mut status) = (self.sampler.borrow_mut(), [f32::NAN; 2], 0);
         // SAFETY: both handles are alive, and the arrays hold an element.
         check(unsafe {
-            let environment = self.environment.handle();
-            raw::wis_invert(
-                sampler.handle(),
-                environment,
-                self.product,
-                1,
-                wi.as_ptr(),
-                0,
-                u.as_mut_ptr(),
-                0,
-                &mut status,
-            )
+            let (own, environment, u) = (sampler.handle(), self.environment.handle(), u.as_mut_ptr());
+            raw::wis_invert(own, environment, self.product, 1, wi.as_ptr(), 0, u, 0, &mut status)
         })?;
         check(raw::wis_status::from(status)).map(|()| u)
     }
@@ -458,14 +365,9 @@ impl Density for Light<'_> {
 /// # Errors
 /// Those of the library.
 pub fn material(lobes: &[raw::wis_lobe]) -> Result<raw::wis_material> {
-    let mut material = raw::wis_material {
-        size: size_of::<raw::wis_material>() as u32,
-        lobe_count: lobes.len() as u32,
-        ..Default::default()
-    };
+    let mut material = sized!(wis_material { lobe_count: lobes.len() as u32 });
     material.lobe[..lobes.len()].copy_from_slice(lobes);
-    let mut diagnostic = raw::wis_diagnostic::default();
     // SAFETY: both pointers are to live locals.
-    check_with(unsafe { raw::wis_material_init(&mut material, &mut diagnostic) }, diagnostic)?;
+    told(|diagnostic| unsafe { raw::wis_material_init(&mut material, diagnostic) })?;
     Ok(material)
 }

@@ -19,14 +19,14 @@ pub struct Piecewise {
 }
 
 /// A piecewise constant function on [0, 1].
-struct Constant {
-    value: Vec<f32>,
+pub struct Constant {
+    pub value: Vec<f32>,
     cumulative: Vec<f32>,
-    integral: f32,
+    pub integral: f32,
 }
 
 impl Constant {
-    fn new(value: Vec<f32>) -> Constant {
+    pub fn new(value: Vec<f32>) -> Constant {
         let n = value.len() as f32;
         let mut cumulative = vec![0.0];
         let mut sum = 0.0;
@@ -42,11 +42,21 @@ impl Constant {
     }
 
     /// Where `u` leads, and in which piece.
-    fn sample(&self, u: f32) -> (f32, usize) {
+    pub fn sample(&self, u: f32) -> (f32, usize) {
         let piece = self.cumulative.partition_point(|&bound| bound <= u).saturating_sub(1).min(self.value.len() - 1);
         let [low, high] = [self.cumulative[piece], self.cumulative[piece + 1]];
         let inside = if high > low { (u - low) / (high - low) } else { u - low };
         ((piece as f32 + inside) / self.value.len() as f32, piece)
+    }
+
+    /// The density of a piece.
+    pub fn pdf(&self, piece: usize) -> f32 {
+        if self.integral > 0.0 { self.value[piece] / self.integral } else { 0.0 }
+    }
+
+    /// Whether a u leads to a piece.
+    pub fn reached(&self, piece: usize) -> bool {
+        self.cumulative[piece] < self.cumulative[piece + 1]
     }
 }
 

@@ -1,6 +1,6 @@
 //! A map in strata of the library's making, and the peer that draws a sample in each.
 
-use crate::client::{self, Jitter, Map, Strata, raw};
+use crate::client::{self, Jitter, Map, Strata, Texels, raw};
 use crate::light::Light;
 
 /// Numbers of samples of the report, for which there are strata.
@@ -19,7 +19,9 @@ impl<'a> Source<'a> {
 
     fn map(&self) -> Map<'a> {
         let [width, height] = self.light.size().map(|n| n as u32);
-        Map::latlong(width, height, 1, self.light.luminance())
+        let (filter, world_from_map) = (raw::WIS_FILTER_NEAREST, Some(self.world_from_map));
+        let map = Map::latlong(width, height, 1, Texels::F32(self.light.luminance()));
+        Map { filter, world_from_map, ..map }
     }
 
     /// The strata for a number of lights.
@@ -35,7 +37,7 @@ impl<'a> Source<'a> {
     /// # Errors
     /// Those of the library.
     pub fn strata_by(&self, config: &raw::wis_strata_config) -> client::Result<Strata> {
-        Strata::new(&self.map(), &self.world_from_map, config)
+        Strata::new(&self.map(), config)
     }
 
     /// Places inside strata: `WIS_JITTER_*`.
@@ -43,7 +45,7 @@ impl<'a> Source<'a> {
     /// # Errors
     /// Those of the library.
     pub fn jitter(&self, strata: &Strata, distribution: u32) -> client::Result<Jitter> {
-        strata.jitter(&self.map(), &self.world_from_map, distribution)
+        strata.jitter(&self.map(), distribution)
     }
 }
 

@@ -231,11 +231,17 @@ impl Headers {
     }
 
     fn statement(&mut self, text: &str, comment: &str) {
+        let of_enum = text.trim().strip_prefix("typedef enum ").and_then(|rest| rest.split_once(" {"));
         let words = text.split_whitespace().filter(|word| !matches!(*word, "struct" | "enum"));
         let text = words.collect::<Vec<_>>().join(" ").replace("(struct ", "(");
-        if let Some(body) = text.strip_prefix("typedef wis_status {") {
-            let names = body.split(['{', ',', '}']).filter_map(|item| item.split_once(" = "));
-            self.statuses = names.map(|(name, _)| name.trim().into()).collect();
+        if let Some((name, body)) = of_enum {
+            let numbers = body.split([',', '}']).filter_map(|item| item.split_once(" = "));
+            let named = numbers.map(|(name, number)| (name.trim().into(), number.trim().parse().expect("a number")));
+            let named: Vec<(String, usize)> = named.collect();
+            if name == "wis_status" {
+                self.statuses = named.iter().map(|(name, _)| name.clone()).collect();
+            }
+            self.constants.extend(named);
         } else if let Some((name, body)) = text.strip_prefix("typedef ").and_then(|rest| rest.split_once(" {")) {
             let layout = self.layout(body.split('}').next().unwrap_or_default());
             self.layouts.insert(name.into(), layout);

@@ -64,43 +64,43 @@ const LEAST_COSINE: f32 = 1e-6;
 
 /// What explains the difference between a client's BRDF x cosine and the lobes of a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u32)]
+#[repr(C)]
 pub enum Mistake {
-    /// There is no difference.
+    /// The lobes are your BSDF.
     None = 0,
-    /// A common factor alone.
+    /// Your BSDF is `scale` times the lobes: harmless, since rays are chosen alike.
     Scaled = 1,
-    /// `wo` points the other way.
+    /// wo points into the surface. Also where your BSDF ignores the side of wo and wo lies below.
     Wo = 2,
-    /// The normal points the other way.
+    /// The normal points to the other side: flip it to the side of wo, or set WIS_POINT_WHOLE_SPHERE.
     Normal = 3,
-    /// The client takes `wi` the other way.
+    /// Your BSDF takes wi towards the surface: wi points to the light.
     Wi = 4,
-    /// All weights are 0.
+    /// The weights of all lobes are 0.
     NoWeight = 5,
-    /// The weight of one lobe.
+    /// The weight of `lobe` should be `value` times as large, or `value` if it is 0.
     Weight = 6,
-    /// The client's values lack a cosine that the lobes have.
+    /// Your values lack a cosine: multiply by it, or set WIS_POINT_COSINE_INCLUDED.
     CosineMissing = 7,
-    /// The client's values have a cosine that the lobes lack.
+    /// Your values have a cosine too many: WIS_POINT_COSINE_INCLUDED is set, or you multiply twice.
     CosineTwice = 8,
-    /// The client's alpha is the square of the point's.
+    /// Your alpha is the square of `a` and `b` of GGX lobes: you pass roughness in place of its square.
     AlphaSquare = 9,
-    /// The client's alpha is the square root of the point's.
+    /// Your alpha is the square root of `a` and `b` of GGX lobes.
     AlphaRoot = 10,
-    /// The tangent is rotated about the normal.
+    /// The tangent should be rotated about the normal by `angle`; by 90 degrees: or swap `a` and `b`.
     Tangent = 11,
-    /// The ratio of refractive indices is inverted.
+    /// `eta` is inverted.
     Eta = 12,
-    /// One scatters to a side on which the other does not.
+    /// Your sides and the lobes' differ: set WIS_POINT_WHOLE_SPHERE, or add a lobe that transmits.
     Sides = 13,
-    /// The reflectance at normal incidence.
+    /// f0 of `lobe`, and of lobes with the same f0, should be `value`.
     F0 = 14,
-    /// None of these, and more than half agrees.
+    /// No mistake: the lobes resemble your BSDF, of which they are 1 - `error` (docs/integrating.md).
     Resembles = 15,
-    /// None of these, and less than half agrees.
+    /// Less than half of your BSDF is in the lobes: two mistakes, or lobes of another kind.
     Other = 16,
-    /// Nothing is wrong with the lobes, and no portal faces the point.
+    /// Your BSDF is in the lobes, but no portal faces the point: `edges[0]` x `edges[1]` points into the room.
     Portals = 17,
 }
 

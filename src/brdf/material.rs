@@ -92,6 +92,7 @@ impl Shape {
     }
 
     /// The smaller alpha, or that of mirrors about as narrow; f32::MAX if it is diffuse.
+    #[inline]
     pub fn alpha(&self) -> f32 {
         match self.kind {
             Kind::Ggx | Kind::GgxTransmission => self.bend(1.0) * min(self.a, self.b),
@@ -199,6 +200,7 @@ impl Material {
     }
 
     /// Whether a lobe depends on the tangent.
+    #[inline]
     pub fn is_anisotropic(&self) -> bool {
         self.lobes().iter().any(|lobe| lobe.a != lobe.b && lobe.kind.is_ggx())
     }

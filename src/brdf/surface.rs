@@ -62,6 +62,7 @@ fn luminance(rgb: [f32; 3]) -> f32 {
 }
 
 /// Luminance that does not depend on the angle to the half vector, and what Schlick's (1 - cos)^5 is multiplied by.
+#[inline]
 fn schlick(kind: Kind, weight: [f32; 3], f0: [f32; 3]) -> [f32; 2] {
     let all = luminance(weight);
     let at_normal = luminance([weight[0] * f0[0], weight[1] * f0[1], weight[2] * f0[2]]);
@@ -200,11 +201,13 @@ impl Surface {
     }
 
     /// Whether BRDF x cosine is a constant times the cosine, above the horizon alone.
+    #[inline]
     pub fn is_diffuse(&self) -> bool {
         !self.whole && self.lobes().all(|lobe| matches!(lobe.shape, LobeShape::Lambert(UPPER)))
     }
 
     /// What the cosine is multiplied by where BRDF x cosine is that, above the horizon alone.
+    #[inline]
     pub fn diffuse(&self) -> Option<f32> {
         if self.count == 0 || self.cosine_included || !self.is_diffuse() {
             return None;

@@ -63,6 +63,7 @@ impl Config {
     }
 
     /// Bytes of the products that hits share.
+    #[inline]
     fn shared_bytes(&self) -> usize {
         if shared::is_worth(self.hits_per_pixel) { shared::bytes() } else { 0 }
     }
@@ -96,6 +97,7 @@ impl<'a> Sampler<'a> {
     }
 
     /// As [`Sampler::new`], in memory of exactly that length, which every call from C would have to find out again.
+    #[inline]
     pub(crate) fn open(level: Level, config: Config, memory: &'a mut [u8]) -> Option<Sampler<'a>> {
         let (shared, rest) = memory.split_at_mut_checked(config.shared_bytes())?;
         let (wave, scratch) = rest.split_at_mut_checked(config.wave_bytes())?;

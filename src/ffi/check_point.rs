@@ -9,50 +9,13 @@ use crate::brdf::point::Target;
 use crate::status::{Error, Status};
 use core::ffi::c_char;
 
-/// The lobes are your BSDF.
-pub const WIS_MISTAKE_NONE: u32 = 0;
-/// Your BSDF is `scale` times the lobes: harmless, since rays are chosen alike.
-pub const WIS_MISTAKE_SCALED: u32 = 1;
-/// wo points into the surface. Also where your BSDF ignores the side of wo and wo lies below.
-pub const WIS_MISTAKE_WO: u32 = 2;
-/// The normal points to the other side: flip it to the side of wo, or set WIS_POINT_WHOLE_SPHERE.
-pub const WIS_MISTAKE_NORMAL: u32 = 3;
-/// Your BSDF takes wi towards the surface: wi points to the light.
-pub const WIS_MISTAKE_WI: u32 = 4;
-/// The weights of all lobes are 0.
-pub const WIS_MISTAKE_NO_WEIGHT: u32 = 5;
-/// The weight of `lobe` should be `value` times as large, or `value` if it is 0.
-pub const WIS_MISTAKE_WEIGHT: u32 = 6;
-/// Your values lack a cosine: multiply by it, or set WIS_POINT_COSINE_INCLUDED.
-pub const WIS_MISTAKE_COSINE_MISSING: u32 = 7;
-/// Your values have a cosine too many: WIS_POINT_COSINE_INCLUDED is set, or you multiply twice.
-pub const WIS_MISTAKE_COSINE_TWICE: u32 = 8;
-/// Your alpha is the square of `a` and `b` of GGX lobes: you pass roughness in place of its square.
-pub const WIS_MISTAKE_ALPHA_SQUARE: u32 = 9;
-/// Your alpha is the square root of `a` and `b` of GGX lobes.
-pub const WIS_MISTAKE_ALPHA_ROOT: u32 = 10;
-/// The tangent should be rotated about the normal by `angle`; by 90 degrees: or swap `a` and `b`.
-pub const WIS_MISTAKE_TANGENT: u32 = 11;
-/// `eta` is inverted.
-pub const WIS_MISTAKE_ETA: u32 = 12;
-/// Your sides and the lobes' differ: set WIS_POINT_WHOLE_SPHERE, or add a lobe that transmits.
-pub const WIS_MISTAKE_SIDES: u32 = 13;
-/// f0 of `lobe`, and of lobes with the same f0, should be `value`.
-pub const WIS_MISTAKE_F0: u32 = 14;
-/// No mistake: the lobes resemble your BSDF, of which they are 1 - `error` (docs/integrating.md).
-pub const WIS_MISTAKE_RESEMBLES: u32 = 15;
-/// Less than half of your BSDF is in the lobes: two mistakes, or lobes of another kind.
-pub const WIS_MISTAKE_OTHER: u32 = 16;
-/// Your BSDF is in the lobes, but no portal faces the point: `edges[0]` x `edges[1]` points into the room.
-pub const WIS_MISTAKE_PORTALS: u32 = 17;
-
 /// What was found.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct PointVerdict {
     /// sizeof(wis_point_verdict), set by the caller.
     pub size: u32,
-    /// WIS_MISTAKE_*: the likely cause of the difference. Of causes that explain it alike, the first.
+    /// A wis_mistake: the likely cause of the difference. Of causes that explain it alike, the first.
     pub mistake: u32,
     /// The same as a sentence for a log; a static string.
     pub message: *const c_char,

@@ -42,6 +42,7 @@ pub struct GridConfig {
     pub cone: f32,
 }
 
+#[inline]
 fn checked(config: &GridConfig, argument: u32) -> Checked<Config> {
     Error::first([
         (config.flags & !(WIS_PRODUCT_UNDIVIDED | WIS_PRODUCT_CHECKSUM) == 0, c"flags"),

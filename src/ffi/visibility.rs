@@ -93,6 +93,7 @@ pub(super) unsafe fn cache<'a>(cache: *const VisibilityCacheObject, argument: u3
 ///
 /// # Safety
 /// As [`cache`].
+#[inline]
 pub(super) unsafe fn factors<'a>(
     source: *const VisibilityCacheObject,
     key: u32,

@@ -53,31 +53,31 @@ const DARK: f32 = 1.0 / 256.0;
 
 /// What explains the difference between a renderer's radiance and the built light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u32)]
+#[repr(C)]
 pub enum Cause {
-    /// There is no difference.
+    /// The environment is the light that you see.
     None = 0,
-    /// A factor alone.
+    /// Your radiance is `scale` times the light: harmless if you meant it, since rays are chosen alike.
     Scaled = 1,
-    /// `world_from_map` is not applied, or its inverse is.
+    /// You do not apply world_from_map, or you apply its inverse.
     Frame = 2,
-    /// A rotation by a quarter, half or three quarters of a turn about the polar axis.
+    /// Your map is rotated by 90, 180 or 270 degrees about the polar axis.
     Turned = 3,
-    /// A reflection that keeps the polar axis.
+    /// Your map is mirrored: azimuth runs the other way.
     Mirrored = 4,
-    /// The polar axis is reversed.
+    /// Your polar axis points the other way: rows from bottom to top.
     UpsideDown = 5,
-    /// Another axis is the polar axis.
+    /// Another axis is your polar axis: y up, for instance, in place of z.
     Axes = 6,
-    /// Positions differ by half a texel.
+    /// You look texels up half a texel beside.
     Shifted = 7,
-    /// The first and the last row lie at the poles for one, and half a texel beside them for the other.
+    /// Your first and last rows lie at the poles and those of the environment do not, or the other way round.
     Rows = 8,
-    /// One interpolates, the other takes the nearest texel.
+    /// You interpolate and the environment takes the nearest texel, or the other way round.
     Filter = 9,
-    /// None of these.
+    /// Another map, rotation, blur or curve of colours: no other cause leaves almost no difference.
     Other = 10,
-    /// The renderer clamps what it looks up.
+    /// You clamp what you look up at `limit`: clamp the map before you build the light.
     Clamped = 11,
 }
 

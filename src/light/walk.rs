@@ -29,8 +29,6 @@ pub struct Patches<F: Num> {
     size: [F; 2],
     /// The density inside.
     shape: PatchDensity<F>,
-    /// What 1 in a corner stands for, as radiance over the power of the light.
-    brightest: F,
     probability: F,
     start: [F; 2],
     width: [F; 2],
@@ -450,7 +448,6 @@ impl<'a, const N: usize> Walk<'a, N> {
             low,
             size,
             shape: PatchDensity::new(corner, light.chart.profiles(low, size)),
-            brightest: self.each(first, |_, block| block.brightest),
             probability: self.each::<F>(first, |_, block| block.share) * row_width * column_width,
             start: [outer[0].0 + outer[0].1 * (inner[0].0 * unit), outer[1].0 + outer[1].1 * (inner[1].0 * unit)],
             width: [outer[0].1 * column_width, outer[1].1 * row_width],
@@ -742,12 +739,6 @@ impl<'a> Light<'a> {
     #[inline(always)]
     pub fn direction_of<F: Num>(&self, drawn: &Drawn<F>) -> Direction<F> {
         drawn.patch.direction(self, drawn.position)
-    }
-
-    /// The radiance at drawn places over the power: as [`Light::radiance`] finds it, but for rounding.
-    #[inline(always)]
-    pub fn radiance_at<F: Num>(&self, drawn: &Drawn<F>, density: F) -> F {
-        if self.bilinear { drawn.patch.shape.bilinear(drawn.position) * drawn.patch.brightest } else { density }
     }
 
     /// Drawn places with their densities: what [`Light::locate`] would find, but for rounding at the borders of patches.

@@ -61,13 +61,6 @@ pub fn latlong(direction: [f64; 3]) -> [f64; 2] {
     [u, libm::atan2(libm::sqrt(x * x + y * y), z) / PI]
 }
 
-/// The direction for a point `(u, v)` of a lat-long map.
-pub fn latlong_direction(uv: [f64; 2]) -> [f64; 3] {
-    let (sin_phi, cos_phi) = (libm::sin(2.0 * PI * uv[0]), libm::cos(2.0 * PI * uv[0]));
-    let (sin_theta, cos_theta) = (libm::sin(PI * uv[1]), libm::cos(PI * uv[1]));
-    [sin_theta * cos_phi, sin_theta * sin_phi, cos_theta]
-}
-
 /// The solid angle of a texel in `row` of a lat-long map of `width` x `height`, without cancellation at the poles.
 pub fn latlong_solid_angle(width: u32, height: u32, row: u32) -> f64 {
     let middle = PI * (f64::from(row) + 0.5) / f64::from(height);
@@ -91,20 +84,6 @@ pub fn cube(direction: [f64; 3]) -> (u32, [f64; 2]) {
     (face, [0.5 + s * scale, 0.5 + t * scale])
 }
 
-/// The point of the plane of one cube face, in [-1, 1]^2 on the face itself, for a direction on that face's side.
-pub fn cube_plane(face: u32, direction: [f64; 3]) -> [f64; 2] {
-    let [x, y, z] = direction;
-    let (s, t, major) = match face {
-        0 => (-z, -y, x),
-        1 => (z, -y, -x),
-        2 => (x, z, y),
-        3 => (x, -z, -y),
-        4 => (x, -y, z),
-        _ => (-x, -y, -z),
-    };
-    [s / major, t / major]
-}
-
 /// The direction, not normalised, for a point `(s, t)` in [-1, 1]^2 of a cube face.
 pub fn cube_direction(face: u32, s: f64, t: f64) -> [f64; 3] {
     match face {
@@ -115,26 +94,6 @@ pub fn cube_direction(face: u32, s: f64, t: f64) -> [f64; 3] {
         4 => [s, -t, 1.0],
         _ => [-s, -t, -1.0],
     }
-}
-
-/// The solid angle of the rectangle [s0, s1] x [t0, t1] of a cube face in [-1, 1]^2.
-pub fn cube_solid_angle(s: [f64; 2], t: [f64; 2]) -> f64 {
-    let corner = |s: f64, t: f64| libm::atan2(s * t, libm::sqrt(1.0 + s * s + t * t));
-    corner(s[1], t[1]) - corner(s[0], t[1]) - corner(s[1], t[0]) + corner(s[0], t[0])
-}
-
-/// The direction in f64 for a point of the octahedral square: what the integration of input maps uses.
-pub fn direction_f64(s: [f64; 2]) -> [f64; 3] {
-    let (x, y) = (2.0 * s[0] - 1.0, 2.0 * s[1] - 1.0);
-    let (ax, ay) = (x.abs(), y.abs());
-    let south = ax + ay > 1.0;
-    let (a, b) = if south { (1.0 - ay, 1.0 - ax) } else { (ax, ay) };
-    let radius = a + b;
-    let angle = if radius > 0.0 { 0.5 * PI * b / radius } else { 0.0 };
-    let horizontal = radius * libm::sqrt((2.0 - radius * radius).max(0.0));
-    let z = 1.0 - radius * radius;
-    let signed = |negative: bool, v: f64| if negative { -v } else { v };
-    [signed(x < 0.0, horizontal * libm::cos(angle)), signed(y < 0.0, horizontal * libm::sin(angle)), signed(south, z)]
 }
 
 /// A rotation or reflection of world space against map space; the matrix is orthonormal to f32 precision.

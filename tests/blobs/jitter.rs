@@ -1,9 +1,11 @@
 //! Tables of places inside strata as stored bytes.
 
-use super::{Kind, assert_refuses, light, long, word};
+use super::{Kind, assert_refuses, long, word};
 use crate::arguments::block::Block;
+use crate::support::light_config;
 use std::ptr::{dangling, null, null_mut};
 use wis::blob::checksum;
+use wis::ffi::light::WIS_LAYOUT_LATLONG;
 use wis::ffi::lights::jitter::*;
 use wis::ffi::{Diagnostic, MemorySize};
 use wis::sample::Sample;
@@ -32,7 +34,7 @@ fn object(size: [u32; 2], lights: u32, distribution: u32, stratum: impl Fn(usize
     let texels = (size[0] * size[1]) as usize;
     let pixels: Vec<f32> = (0..texels).map(|k| (k * k % 7) as f32).collect();
     let labels: Vec<u32> = (0..texels).map(stratum).collect();
-    let (map, mut need, mut handle) = (light::config(&pixels, size), MemorySize::default(), null());
+    let (map, mut need, mut handle) = (light_config(WIS_LAYOUT_LATLONG, size, &pixels), MemorySize::default(), null());
     let size = size_of::<JitterConfig>() as u32;
     let config = JitterConfig { size, light_count: lights, distribution, reserved: 0, label: labels.as_ptr() };
     // SAFETY: the configuration describes the pixels, there is a label for each texel, and the blocks are as long as stated.

@@ -1,6 +1,7 @@
 //! Lights that other stored objects belong to.
 
 use crate::arguments::block::Block;
+use crate::support::light_config;
 use std::ptr::{null, null_mut};
 use wis::ffi::MemorySize;
 use wis::ffi::light::*;
@@ -29,29 +30,9 @@ pub fn with<T>(call: impl FnOnce(*const EnvironmentObject) -> T) -> T {
     SKY.with(|sky| call(sky.pointer().cast_const().cast()))
 }
 
-/// A lat-long map of luminance.
-pub fn config(pixels: &[f32], [width, height]: [u32; 2]) -> LightConfig {
-    LightConfig {
-        size: size_of::<LightConfig>() as u32,
-        layout: WIS_LAYOUT_LATLONG,
-        width,
-        height,
-        channels: 1,
-        format: WIS_FORMAT_F32,
-        filter: WIS_FILTER_BILINEAR,
-        flags: 0,
-        error_budget: 0.0,
-        pixels: pixels.as_ptr().cast(),
-        row_stride: 0,
-        row: None,
-        row_user: null_mut(),
-        world_from_map: null(),
-    }
-}
-
 /// The bytes of the environment of a map.
 pub fn built(pixels: &[f32], size: [u32; 2]) -> Vec<u8> {
-    let (config, mut size) = (config(pixels, size), MemorySize::default());
+    let (config, mut size) = (light_config(WIS_LAYOUT_LATLONG, size, pixels), MemorySize::default());
     // SAFETY: the configuration describes the pixels, and the blocks are as long as stated.
     unsafe {
         assert_eq!(wis_environment_size(&config, &mut size, null_mut()), Status::Ok);

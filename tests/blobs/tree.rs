@@ -62,7 +62,7 @@ fn open(block: &Block, bytes: usize) -> (Status, Diagnostic) {
     let mut diagnostic = Diagnostic::default();
     // SAFETY: all pointers are valid; the tests claim more bytes only for blocks that hold a whole object.
     let status = unsafe { wis_tree_open(block.pointer().cast(), bytes, &mut handle, &mut info, &mut diagnostic) };
-    let is_written = [handle != untouched, info.content_id != SENTINEL.into()];
+    let is_written = [handle != untouched, info.content_id != u64::from(SENTINEL)];
     assert_eq!(is_written, [status == Status::Ok; 2]);
     assert!(status != Status::Ok || info.content_id == long(block, CONTENT_ID));
     assert!(status != Status::Ok || handle == block.pointer().cast_const().cast());

@@ -496,27 +496,27 @@ fn callers() {
     let answer = sampler.check_point(&light.environment(), &given.point(&material), |_| f32::NAN);
     assert_eq!(answer, Err(failed(0)));
     let verdict = PointVerdict::from(found);
-    assert_eq!((verdict.mistake, verdict.scale), (WIS_MISTAKE_SCALED, found.scale));
+    assert_eq!((verdict.mistake, verdict.scale), (Mistake::Scaled as u32, found.scale));
     let all = [
-        (Mistake::None, WIS_MISTAKE_NONE),
-        (Mistake::Scaled, WIS_MISTAKE_SCALED),
-        (Mistake::Wo, WIS_MISTAKE_WO),
-        (Mistake::Normal, WIS_MISTAKE_NORMAL),
-        (Mistake::Wi, WIS_MISTAKE_WI),
-        (Mistake::NoWeight, WIS_MISTAKE_NO_WEIGHT),
-        (Mistake::Weight, WIS_MISTAKE_WEIGHT),
-        (Mistake::CosineMissing, WIS_MISTAKE_COSINE_MISSING),
-        (Mistake::CosineTwice, WIS_MISTAKE_COSINE_TWICE),
-        (Mistake::AlphaSquare, WIS_MISTAKE_ALPHA_SQUARE),
-        (Mistake::AlphaRoot, WIS_MISTAKE_ALPHA_ROOT),
-        (Mistake::Tangent, WIS_MISTAKE_TANGENT),
-        (Mistake::Eta, WIS_MISTAKE_ETA),
-        (Mistake::Sides, WIS_MISTAKE_SIDES),
-        (Mistake::F0, WIS_MISTAKE_F0),
-        (Mistake::Resembles, WIS_MISTAKE_RESEMBLES),
-        (Mistake::Other, WIS_MISTAKE_OTHER),
-        (Mistake::Portals, WIS_MISTAKE_PORTALS),
+        Mistake::None,
+        Mistake::Scaled,
+        Mistake::Wo,
+        Mistake::Normal,
+        Mistake::Wi,
+        Mistake::NoWeight,
+        Mistake::Weight,
+        Mistake::CosineMissing,
+        Mistake::CosineTwice,
+        Mistake::AlphaSquare,
+        Mistake::AlphaRoot,
+        Mistake::Tangent,
+        Mistake::Eta,
+        Mistake::Sides,
+        Mistake::F0,
+        Mistake::Resembles,
+        Mistake::Other,
+        Mistake::Portals,
     ];
-    let sentences: std::collections::BTreeSet<String> = all.iter().map(|(mistake, _)| mistake.to_string()).collect();
-    assert!(all.iter().all(|(mistake, number)| *mistake as u32 == *number) && sentences.len() == all.len());
+    let sentences: std::collections::BTreeSet<String> = all.iter().map(ToString::to_string).collect();
+    assert!(all.iter().zip(0..).all(|(mistake, number)| *mistake as u32 == number) && sentences.len() == all.len());
 }

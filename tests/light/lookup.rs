@@ -143,7 +143,7 @@ pub fn direction(layout: Layout, face: u32, [u, v]: [f64; 2]) -> V3 {
             [theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos()]
         }
         Layout::Cube => unit(cube_direction(face, 2.0 * u - 1.0, 2.0 * v - 1.0)),
-        Layout::Octahedral => wis::sphere::direction_f64([u, v]),
+        Layout::Octahedral => crate::support::sphere::direction_f64([u, v]),
     }
 }
 

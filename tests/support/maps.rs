@@ -1,8 +1,9 @@
 //! Maps for tests, procedural and real, and how a client looks them up.
 
 use super::Map;
+use super::sphere::latlong_direction;
 use super::vector::{V3, add, dot, scale, unit};
-use wis::sphere::{latlong, latlong_direction};
+use wis::sphere::latlong;
 
 /// How a client filters texels.
 #[derive(Clone, Copy, Debug, PartialEq)]

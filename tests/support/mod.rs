@@ -3,6 +3,7 @@
 
 pub mod maps;
 pub mod scenes;
+pub mod sphere;
 pub mod statistics;
 pub mod vector;
 
@@ -16,36 +17,43 @@ use wis::status::Status;
 pub const GAUSS: f64 = 0.288_675_134_594_812_9;
 
 /// Memory as a client gives it: 16-byte aligned, filled with a pattern so that nothing relies on zeros.
-pub struct Memory(Vec<u128>);
+pub struct Memory {
+    words: Vec<u128>,
+    len: usize,
+}
 
 impl Memory {
     pub fn new(bytes: usize) -> Memory {
         Memory::filled(bytes, 0xa5)
     }
 
-    pub fn filled(bytes: usize, with: u8) -> Memory {
-        Memory(vec![u128::from_ne_bytes([with; 16]); bytes.div_ceil(16)])
+    pub fn filled(len: usize, with: u8) -> Memory {
+        Memory { words: vec![u128::from_ne_bytes([with; 16]); len.div_ceil(16)], len }
     }
 
     /// A copy elsewhere.
     pub fn copy(bytes: &[u8]) -> Memory {
         let mut memory = Memory::new(bytes.len());
-        // SAFETY: the block is at least as long.
-        unsafe { memory.pointer().cast::<u8>().copy_from_nonoverlapping(bytes.as_ptr(), bytes.len()) };
+        memory.bytes_mut().copy_from_slice(bytes);
         memory
     }
 
     pub fn pointer(&mut self) -> *mut std::ffi::c_void {
-        self.0.as_mut_ptr().cast()
+        self.words.as_mut_ptr().cast()
     }
 
     pub fn len(&self) -> usize {
-        self.0.len() * 16
+        self.len
     }
 
     pub fn bytes(&self) -> &[u8] {
-        // SAFETY: any bit pattern is a byte.
-        unsafe { std::slice::from_raw_parts(self.0.as_ptr().cast(), self.len()) }
+        // SAFETY: any bit pattern is a byte, and the words are at least as many.
+        unsafe { std::slice::from_raw_parts(self.words.as_ptr().cast(), self.len) }
+    }
+
+    pub fn bytes_mut(&mut self) -> &mut [u8] {
+        // SAFETY: as above.
+        unsafe { std::slice::from_raw_parts_mut(self.words.as_mut_ptr().cast(), self.len) }
     }
 }
 
@@ -109,22 +117,29 @@ impl Map {
 
     /// The map as the renderer's header describes it.
     pub fn light_config(&self, flags: u32) -> LightConfig {
-        LightConfig {
-            size: size_of::<LightConfig>() as u32,
-            layout: self.layout,
-            width: self.width,
-            height: self.height,
-            channels: self.channels,
-            format: WIS_FORMAT_F32,
-            filter: WIS_FILTER_BILINEAR,
-            flags,
-            error_budget: 0.0,
-            pixels: self.pixels.as_ptr().cast(),
-            row_stride: 0,
-            row: None,
-            row_user: null_mut(),
-            world_from_map: null(),
-        }
+        LightConfig { flags, ..light_config(self.layout, [self.width, self.height], &self.pixels) }
+    }
+}
+
+/// A map of so many columns and rows, of as many channels as there are numbers.
+pub fn light_config(layout: u32, [width, height]: [u32; 2], pixels: &[f32]) -> LightConfig {
+    let texels = (width * height) as usize;
+    assert_eq!(pixels.len() % texels, 0);
+    LightConfig {
+        size: size_of::<LightConfig>() as u32,
+        layout,
+        width,
+        height,
+        channels: (pixels.len() / texels) as u32,
+        format: WIS_FORMAT_F32,
+        filter: WIS_FILTER_BILINEAR,
+        flags: 0,
+        error_budget: 0.0,
+        pixels: pixels.as_ptr().cast(),
+        row_stride: 0,
+        row: None,
+        row_user: null_mut(),
+        world_from_map: null(),
     }
 }
 

@@ -32,8 +32,8 @@ const HEADERS: [Header; 3] = [
             "src/brdf/portal.rs src/ffi/material.rs",
             "src/direct/ray.rs",
             "src/ffi/direct.rs",
-            "src/ffi/check.rs",
-            "src/ffi/check_point.rs",
+            "src/light/compare.rs src/ffi/check.rs",
+            "src/brdf/compare.rs src/ffi/check_point.rs",
             "src/ffi/light/shared.rs",
             "src/ffi/visibility.rs",
             "src/ffi/wave.rs",
@@ -353,6 +353,8 @@ fn config(declarations: &str) -> Config {
         export: ExportConfig {
             rename: types.map(|name| (name.into(), c_name(name))).collect(),
             exclude: internal.map(String::from).collect(),
+            // Fields hold their numbers.
+            include: vec!["Cause".into(), "Mistake".into()],
             ..ExportConfig::default()
         },
         enumeration: EnumConfig { rename_variants: RenameRule::QualifiedScreamingSnakeCase, ..EnumConfig::default() },

@@ -58,7 +58,7 @@ fn failing<'a>(at: usize, way: Way, calls: &'a mut usize) -> impl FnMut(&[[f32; 
 
 fn target(rays: usize, way: Way) -> Verdict {
     let image = sky();
-    let environment = Environment::new(&Map::latlong(64, 32, 1, Texels::F32(&image.texels)))?;
+    let environment = Environment::new(&image.map())?;
     let material = material(&[raw::wis_lobe { kind: raw::WIS_LOBE_GGX, a: 0.3, b: 0.3, eta: 1.0 }])?;
     let mut point = raw::wis_point {
         size: size_of::<raw::wis_point>() as u32,
@@ -105,9 +105,9 @@ fn rows() -> Verdict {
     let (image, none) = (sky(), AtomicU32::new(u32::MAX));
     let row = |y: u32| {
         let row = image.texels[(y * 64) as usize..].as_ptr();
-        if y == none.load(Ordering::Relaxed) { std::ptr::null() } else { row }
+        if y == none.load(Ordering::Relaxed) { std::ptr::null() } else { row.cast() }
     };
-    let map = Map::latlong(64, 32, 1, Texels::RowsF32(&row));
+    let map = Map::latlong(64, 32, 1, Texels::Rows(raw::WIS_FORMAT_F32, &row));
     let size = Environment::size(&map)?;
     let expected = Environment::new(&map)?;
     let mut scratch = Block::new(size.scratch_bytes);

@@ -5,8 +5,8 @@ use super::brdf::{Hit, Lobe, V3, single};
 use super::maps::{Image, sky};
 use super::quadrature::Peak;
 use super::scenes::{IDLE, NORMAL};
-use crate::client::{Block, Texels, raw};
-use crate::environment::{self, Light, Map, Sampler, material};
+use crate::client::{Block, raw};
+use crate::environment::{self, Light, Sampler, material};
 use std::cell::RefCell;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -62,8 +62,7 @@ impl Client {
 
 fn by_lobes(degrees: f64, is_target: bool, fault: Fault) -> Result<Figures, String> {
     let (image, client) = (sky(), Client::new(degrees));
-    let map = Map::latlong(image.width, image.height, 1, Texels::F32(&image.texels));
-    let environment = environment::Environment::new(&map)?;
+    let environment = environment::Environment::new(&image.map())?;
     let mean = environment.info.mean;
     let brings = |wi: V3| client.f_cos(wi) * radiance(&image, mean / 65536.0, wi) / mean;
     let task = Task::new(&brings, vec![Peak { at: client.hit.peak(), detail: 0.3 }], 1e-3, fault);

@@ -3,7 +3,7 @@
 use super::brdf::V3;
 use super::maps::{available_memory, look_up};
 use super::quadrature::Peak;
-use crate::client::Texels;
+use crate::client::{Texels, raw};
 use crate::environment::{Environment, Map};
 use std::f64::consts::{PI, TAU};
 use std::sync::OnceLock;
@@ -40,8 +40,8 @@ impl Huge {
         let mut lit = rows[(SUN[1] / KIND) as usize].clone();
         lit[SUN[0] as usize..][..2].fill(BRIGHT);
         rows.push(lit);
-        let of = |y: u32| rows[Huge::kind(y)].as_ptr();
-        let map = Map::latlong(WIDTH, HEIGHT, 1, Texels::RowsF32(&of));
+        let of = |y: u32| rows[Huge::kind(y)].as_ptr().cast();
+        let map = Map::latlong(WIDTH, HEIGHT, 1, Texels::Rows(raw::WIS_FORMAT_F32, &of));
         let size = Environment::size(&map)?;
         if available_memory().is_some_and(|free| free < 2 * (size.bytes + size.scratch_bytes) as u64) {
             return Ok(None);

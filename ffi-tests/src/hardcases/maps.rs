@@ -1,6 +1,6 @@
 //! Maps of the hard cases, in lat-long layout, and where their texels lie.
 
-use crate::client::Map;
+use crate::client::{Map, Texels};
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
 /// A lat-long map with its texels.
@@ -10,8 +10,6 @@ pub struct Image {
     pub width: u32,
     /// Rows.
     pub height: u32,
-    /// 1 or 3.
-    pub channels: u32,
     /// Rows from the top.
     pub texels: Vec<f32>,
 }
@@ -20,51 +18,12 @@ impl Image {
     /// A luminance map.
     pub fn new(width: u32, height: u32, mut luminance: impl FnMut(u32, u32) -> f32) -> Image {
         let positions = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-        Image { width, height, channels: 1, texels: positions.map(|(x, y)| luminance(x, y)).collect() }
-    }
-
-    /// The same map in one colour.
-    pub fn coloured(&self, colour: [f32; 3]) -> Image {
-        let texels = self.texels.iter().flat_map(|l| colour.map(|c| c * l)).collect();
-        Image { channels: 3, texels, ..self.clone() }
+        Image { width, height, texels: positions.map(|(x, y)| luminance(x, y)).collect() }
     }
 
     /// The map for the library.
     pub fn map(&self) -> Map<'_> {
-        Map::latlong(self.width, self.height, self.channels, &self.texels)
-    }
-
-    /// The luminance of each texel, in 64 bits.
-    pub fn luminance(&self) -> Vec<f64> {
-        let weights: &[f64] = if self.channels == 1 { &[1.0] } else { &[0.2126, 0.7152, 0.0722] };
-        let texel = |texel: &[f32]| texel.iter().zip(weights).map(|(c, w)| f64::from(*c) * w).sum();
-        self.texels.chunks_exact(self.channels as usize).map(texel).collect()
-    }
-
-    /// The integral over the sphere of the averages over texels of what a bilinear look-up gives: [1 6 1] / 8 along each axis;
-    /// azimuth wraps, rows mirror over the poles.
-    pub fn power(&self) -> f64 {
-        let (texels, w, h) = (self.luminance(), i64::from(self.width), i64::from(self.height));
-        let texel = |x: i64, y: i64| {
-            let beyond = !(0..h).contains(&y);
-            let row = if y < 0 { -1 - y } else { y.min(2 * h - 1 - y) };
-            texels[(row * w + (if beyond { x + w / 2 } else { x }).rem_euclid(w)) as usize]
-        };
-        let row = |y: i64| (0..w).map(|x| texel(x, y)).sum::<f64>();
-        let filtered = |y: i64| (row(y - 1) + 6.0 * row(y) + row(y + 1)) / 8.0;
-        (0..self.height).map(|y| filtered(y.into()) * self.solid_angle(y)).sum()
-    }
-
-    fn solid_angle(&self, y: u32) -> f64 {
-        let polar = |y: u32| (PI * f64::from(y) / f64::from(self.height)).cos();
-        TAU / f64::from(self.width) * (polar(y) - polar(y + 1))
-    }
-
-    /// The directions of the centres of the texels that are lit.
-    pub fn lit(&self) -> Vec<[f32; 3]> {
-        let luminance = self.luminance();
-        let texels = luminance.iter().zip(0u32..).filter(|(l, _)| **l > 0.0);
-        texels.map(|(_, index)| self.centre(index % self.width, index / self.width)).collect()
+        Map::latlong(self.width, self.height, 1, Texels::F32(&self.texels))
     }
 
     /// The direction of the centre of a texel.
@@ -73,25 +32,18 @@ impl Image {
         let theta = PI * (f64::from(y) + 0.5) / f64::from(self.height);
         [theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos()].map(|x| x as f32)
     }
-}
 
-impl Image {
     /// What a client finds in a direction: the texel that holds it, or between texel centres. No texel is darker than `least`;
     /// the first and the last row may lie at the poles.
     pub fn radiance(&self, bilinear: bool, at_poles: bool, least: f64, wi: [f32; 3]) -> f64 {
         let width = i64::from(self.width);
-        let texel = |x: i64, y: i64| {
-            let index = (y * width + x) as usize * self.channels as usize;
-            let weights: &[f64] = if self.channels == 1 { &[1.0] } else { &[0.2126, 0.7152, 0.0722] };
-            self.texels[index..].iter().zip(weights).map(|(c, w)| f64::from(*c) * w).sum::<f64>()
-        };
+        let texel = |x: i64, y: i64| f64::from(self.texels[(y * width + x) as usize]);
         look_up([self.width, self.height], texel, (bilinear, at_poles), least, wi.map(f64::from))
     }
 
     /// Directions at the corners, edges and half-texel shifts of lit texels, up to a texel around them.
     pub fn around_lit(&self) -> Vec<[f32; 3]> {
-        let luminance = self.luminance();
-        let texels = luminance.iter().zip(0u32..).filter(|(l, _)| **l > 0.0).map(|(_, index)| index);
+        let texels = self.texels.iter().zip(0u32..).filter(|(l, _)| **l > 0.0).map(|(_, index)| index);
         let shifts = (-2..=4).flat_map(|j| (-2..=4).map(move |i| [f64::from(i) * 0.5, f64::from(j) * 0.5]));
         texels
             .flat_map(|index| {

@@ -4,7 +4,6 @@ mod bounds;
 pub mod brdf;
 mod failing;
 mod holes;
-mod host;
 mod huge;
 mod laws;
 mod maps;
@@ -25,7 +24,6 @@ pub fn run() -> Table {
     table.bounded = bounds::measure(&jobs);
     tables::add(&mut table);
     failing::add(&mut table);
-    host::add(&mut table);
     vectors::add(&mut table);
     table
 }

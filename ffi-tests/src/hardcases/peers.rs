@@ -6,6 +6,7 @@
 
 use super::laws::points;
 use super::maps::Image;
+use crate::piecewise::Constant;
 use std::f32::consts::{PI, TAU};
 
 /// What stands in the columns of the peers.
@@ -38,7 +39,7 @@ impl Answers {
 fn weighted(image: &Image) -> Vec<f32> {
     let row = |index: usize| index / image.width as usize;
     let sine = |index: usize| (PI * (row(index) as f32 + 0.5) / image.height as f32).sin();
-    image.luminance().iter().enumerate().map(|(index, l)| *l as f32 * sine(index)).collect()
+    image.texels.iter().enumerate().map(|(index, l)| l * sine(index)).collect()
 }
 
 /// A point of the unit square and its density there.
@@ -122,71 +123,35 @@ fn through_direction([u, v]: [f32; 2]) -> [f32; 2] {
     [if turn < 0.0 { turn + 1.0 } else { turn }, direction[2].clamp(-1.0, 1.0).acos() / PI]
 }
 
-/// One-dimensional cumulative sums.
-struct Line {
-    values: Vec<f32>,
-    sums: Vec<f32>,
-    integral: f32,
-}
-
-impl Line {
-    fn new(values: &[f32]) -> Line {
-        let count = values.len() as f32;
-        let mut sums = vec![0.0];
-        for value in values {
-            sums.push(sums[sums.len() - 1] + value / count);
-        }
-        let integral = sums[values.len()];
-        for (sum, index) in sums.iter_mut().zip(0u32..) {
-            *sum = if integral == 0.0 { index as f32 / count } else { *sum / integral };
-        }
-        Line { values: values.to_vec(), sums, integral }
-    }
-
-    fn sample(&self, u: f32) -> (f32, f32, usize) {
-        let after = self.sums.partition_point(|sum| *sum <= u);
-        let index = after.saturating_sub(1).min(self.values.len() - 1);
-        let width = self.sums[index + 1] - self.sums[index];
-        let offset = u - self.sums[index];
-        let offset = if width > 0.0 { offset / width } else { offset };
-        let pdf = if self.integral > 0.0 { self.values[index] / self.integral } else { 0.0 };
-        ((index as f32 + offset) / self.values.len() as f32, pdf, index)
-    }
-
-    fn reached(&self, index: usize) -> bool {
-        self.sums[index] < self.sums[index + 1]
-    }
-}
-
 /// Rows by the sums of their integrals, then columns by the sums in the row.
 struct Sums {
-    rows: Vec<Line>,
-    marginal: Line,
+    rows: Vec<Constant>,
+    marginal: Constant,
 }
 
 impl Sums {
     fn new(width: usize, weighted: &[f32]) -> Sums {
-        let rows: Vec<Line> = weighted.chunks_exact(width).map(Line::new).collect();
-        let integrals: Vec<f32> = rows.iter().map(|row| row.integral).collect();
-        Sums { rows, marginal: Line::new(&integrals) }
+        let rows: Vec<Constant> = weighted.chunks_exact(width).map(|row| Constant::new(row.into())).collect();
+        let marginal = Constant::new(rows.iter().map(|row| row.integral).collect());
+        Sums { rows, marginal }
     }
 
     fn sample(&self, u: [f32; 2]) -> Sampled {
-        let (v, pdf_v, row) = self.marginal.sample(u[1]);
-        let (u, pdf_u, _) = self.rows[row].sample(u[0]);
-        ([u, v], pdf_u * pdf_v)
+        let (v, row) = self.marginal.sample(u[1]);
+        let (u, column) = self.rows[row].sample(u[0]);
+        ([u, v], self.rows[row].pdf(column) * self.marginal.pdf(row))
     }
 
     fn pdf(&self, point: [f32; 2]) -> f32 {
         let cell = |x: f32, count: usize| ((x * count as f32) as usize).min(count - 1);
         let row = &self.rows[cell(point[1], self.rows.len())];
-        row.values[cell(point[0], row.values.len())] / self.marginal.integral
+        row.value[cell(point[0], row.value.len())] / self.marginal.integral
     }
 
     fn census(&self) -> Census {
         let mut census = Census::default();
         for (y, row) in self.rows.iter().enumerate() {
-            for (x, value) in row.values.iter().enumerate() {
+            for (x, value) in row.value.iter().enumerate() {
                 let reached = self.marginal.reached(y) && row.reached(x);
                 census.count(*value != 0.0, value / self.marginal.integral, reached);
             }

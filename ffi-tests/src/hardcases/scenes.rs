@@ -7,8 +7,8 @@ use super::huge::Huge;
 use super::laws;
 use super::maps::{Image, sky};
 use super::quadrature::Peak;
-use crate::client::{Block, Texels, raw};
-use crate::environment::{Environment, Light, Map, Sampler, material};
+use crate::client::{Block, raw};
+use crate::environment::{Environment, Light, Sampler, material};
 use std::cell::RefCell;
 
 /// Rays that bring nothing are picked for the sake of other clients: candidate weights have a floor of 0.05 of their mean
@@ -57,8 +57,7 @@ impl Case {
         let built;
         let environment = match &self.source {
             Source::Image(image) => {
-                let map = Map::latlong(image.width, image.height, 1, Texels::F32(&image.texels));
-                built = Environment::new(&map)?;
+                built = Environment::new(&image.map())?;
                 &built
             }
             Source::Huge(huge) => huge.environment(),

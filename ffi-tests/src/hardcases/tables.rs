@@ -79,8 +79,7 @@ fn exact_zero((filter, flags): (u32, u32)) -> (u32, u32) {
 }
 
 fn map(image: &Image, (filter, flags): (u32, u32)) -> Map<'_> {
-    let texels = client::Texels::F32(&image.texels);
-    Map { filter, flags, ..Map::latlong(image.width, image.height, image.channels, texels) }
+    Map { filter, flags, ..image.map() }
 }
 
 /// For a bilinear and for a nearest client; the peers stand beside the first.
@@ -90,7 +89,7 @@ fn both(table: &mut Table, name: &str, image: &Image, kinds: &[(u32, u32)]) {
         let accuracy = judge(image, kind);
         let got = accuracy.as_ref().map(|_| "legal".to_string()).map_err(String::clone);
         let peers = if i == 0 { Answers::of(image) } else { Answers::default() };
-        table.lights.push(Light { case: name.into(), client, got, accuracy: accuracy.ok(), peers, skipped: false });
+        table.lights.push(Light { accuracy: accuracy.ok(), peers, ..Light::new(name, client, got) });
     }
 }
 
@@ -176,14 +175,8 @@ fn huge(table: &mut Table) {
     } else {
         accuracy.as_ref().map(|_| "legal; the sun has its share of samples".into()).map_err(String::clone)
     };
-    table.lights.push(Light {
-        case: super::scenes::HUGE.into(),
-        client: "bilinear",
-        got,
-        accuracy: accuracy.ok(),
-        peers: Answers::default(),
-        skipped,
-    });
+    let row = Light::new(super::scenes::HUGE, "bilinear", got);
+    table.lights.push(Light { accuracy: accuracy.ok(), skipped, ..row });
 }
 
 fn black(table: &mut Table) {
@@ -196,14 +189,7 @@ fn black(table: &mut Table) {
             laws::nothing(&environment::Light::new(&environment, &sampler))?;
             Ok("power 0, pdf 0, invert ZERO_DENSITY".into())
         };
-        table.lights.push(Light {
-            case: "all-black map".into(),
-            client,
-            got: verdict(),
-            accuracy: None,
-            peers: Answers::default(),
-            skipped: false,
-        });
+        table.lights.push(Light::new("all-black map", client, verdict()));
     }
     for (name, value, replaced) in [("NaN", f32::NAN, 0.0), ("+Inf", f32::INFINITY, 65504.0), ("negative", -1.0, 0.0)] {
         let mut image = Image::new(64, 32, |x, _| 1.0 + (x % 2) as f32);
@@ -231,14 +217,7 @@ fn black(table: &mut Table) {
             })?;
             Ok(format!("{at_once}; sanitised: one replaced"))
         };
-        table.lights.push(Light {
-            case: format!("a texel that is {name}"),
-            client: "bilinear",
-            got: verdict(),
-            accuracy: None,
-            peers: Answers::default(),
-            skipped: false,
-        });
+        table.lights.push(Light::new(format!("a texel that is {name}"), "bilinear", verdict()));
     }
 }
 
@@ -261,14 +240,7 @@ fn faces(table: &mut Table) {
                 ensure((mass - 1.0).abs() < 2e-3, || format!("it integrates to {mass}"))?;
                 Ok("legal; the density integrates to 1 within 2e-3".into())
             };
-            table.lights.push(Light {
-                case: name.into(),
-                client,
-                got: verdict(),
-                accuracy: None,
-                peers: Answers::default(),
-                skipped: false,
-            });
+            table.lights.push(Light::new(name, client, verdict()));
         }
     }
 }

@@ -38,10 +38,11 @@ const LARGE: usize = 4096;
 pub fn sizes(widths: &[usize]) -> Result<Vec<Size>> {
     let size = |&width: &usize| {
         let (rows, halves) = rows(width);
-        let row_f32 = |y: u32| rows[y as usize % ROWS].as_ptr();
-        let row_f16 = |y: u32| halves[y as usize % ROWS].as_ptr();
+        let row_f32 = |y: u32| rows[y as usize % ROWS].as_ptr().cast();
+        let row_f16 = |y: u32| halves[y as usize % ROWS].as_ptr().cast();
         let [w, h] = [width as u32, width as u32 / 2];
-        let maps = [Texels::RowsF32(&row_f32), Texels::RowsF16(&row_f16)].map(|texels| Map::latlong(w, h, 3, texels));
+        let maps = [Texels::Rows(raw::WIS_FORMAT_F32, &row_f32), Texels::Rows(raw::WIS_FORMAT_F16, &row_f16)]
+            .map(|texels| Map::latlong(w, h, 3, texels));
         let mut build = [f64::INFINITY; 2];
         let asked = Environment::size(&maps[0])?;
         let mut scratch = Block::new(asked.scratch_bytes);

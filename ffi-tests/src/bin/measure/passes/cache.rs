@@ -1,7 +1,7 @@
 //! A visibility cache as an object that lends its handle to points.
 
 use std::ptr::null_mut;
-use wis_ffi_tests::client::{Block, Result, check, check_with, raw};
+use wis_ffi_tests::client::{Block, Result, check, raw, size, told};
 use wis_ffi_tests::scene::ShadingPoint;
 
 /// Places of surfaces, as wide as a twentieth of the scene.
@@ -12,18 +12,13 @@ pub struct Cache(Block);
 
 impl Cache {
     pub fn new() -> Result<Cache> {
-        let (mut size, mut diagnostic) = (raw::wis_memory_size::default(), raw::wis_diagnostic::default());
         // SAFETY: both pointers are to live locals.
-        check_with(unsafe { raw::wis_visibility_cache_size(PLACES, &mut size, &mut diagnostic) }, diagnostic)?;
+        let size = size(|size, diagnostic| unsafe { raw::wis_visibility_cache_size(PLACES, size, diagnostic) })?;
         let (mut memory, mut handle) = (Block::new(size.bytes), null_mut());
         // SAFETY: the block is as long as it says, and the other pointers are to live locals.
-        check_with(
-            unsafe {
-                let (start, bytes) = (memory.start_mut(), memory.bytes());
-                raw::wis_visibility_cache_init(PLACES, start, bytes, &mut handle, &mut diagnostic)
-            },
-            diagnostic,
-        )?;
+        told(|diagnostic| unsafe {
+            raw::wis_visibility_cache_init(PLACES, memory.start_mut(), memory.bytes(), &mut handle, diagnostic)
+        })?;
         Ok(Cache(memory))
     }
 

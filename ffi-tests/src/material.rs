@@ -99,11 +99,6 @@ impl Material {
         Material { name: measured.name().into(), measured: Some(measured), stand_in, ..Material::lambert() }
     }
 
-    /// The half-angle of its narrowest lobe, radians; of a measured one it is not known.
-    pub fn half_angle(&self) -> Option<f32> {
-        if self.measured.is_some() { None } else { Some(self.alpha) }
-    }
-
     /// All that the report measures.
     pub fn all() -> Vec<Material> {
         let ggx = [0.5, 0.2, 0.05, 0.01].map(Material::ggx);

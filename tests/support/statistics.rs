@@ -112,14 +112,3 @@ fn z_distance(significance: f64) -> f64 {
 fn standard_normal() -> Normal {
     Normal::new(0.0, 1.0).unwrap()
 }
-
-/// The p-value of the Kolmogorov-Smirnov test of uniformity on [0, 1] (asymptotic, Stephens 1970).
-pub fn kolmogorov_smirnov(values: &mut [f64]) -> f64 {
-    values.sort_unstable_by(f64::total_cmp);
-    let n = values.len() as f64;
-    let distance = |(i, &v): (usize, &f64)| (v - i as f64 / n).max((i as f64 + 1.0) / n - v);
-    let largest = values.iter().enumerate().map(distance).fold(0.0, f64::max);
-    let scaled = (n.sqrt() + 0.12 + 0.11 / n.sqrt()) * largest;
-    let term = |k: i32| (-1f64).powi(k - 1) * (-2.0 * f64::from(k * k) * scaled * scaled).exp();
-    (2.0 * (1..100).map(term).sum::<f64>()).clamp(0.0, 1.0)
-}

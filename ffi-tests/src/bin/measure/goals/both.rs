@@ -6,7 +6,6 @@ use wis_ffi_tests::earlier;
 use wis_ffi_tests::environment;
 use wis_ffi_tests::hardcases::brdf::Lobe;
 use wis_ffi_tests::light::Light;
-use wis_ffi_tests::statistics::geometric;
 
 /// A light as both build it.
 pub struct Lit {
@@ -51,9 +50,4 @@ impl Both {
 /// A ratio with its bootstrap interval of 95 %.
 pub fn printed([ratio, low, high]: [f64; 3]) -> String {
     format!("{ratio:.2} [{low:.2}, {high:.2}]")
-}
-
-/// The geometric mean and the smallest of ratios.
-pub fn mean_and_least(ratios: &[f64]) -> [f64; 2] {
-    [geometric(ratios.iter().copied()), ratios.iter().copied().fold(f64::INFINITY, f64::min)]
 }

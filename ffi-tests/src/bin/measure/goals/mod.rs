@@ -44,6 +44,6 @@ pub fn run(file: &Path, quick: bool) -> Result<()> {
             .into(),
     )];
     short.extend(times::parts(&lights[lights.len() / 4], if quick { 6 } else { 60 })?);
-    short.extend(variance::parts(&lights, quick)?);
+    short.extend(variance::parts(&lights, quick, &file.with_extension("tsv"))?);
     Page::measured("Goals of version 0.3 beside version 0.2", short, "goals")?.write_markdown(file)
 }

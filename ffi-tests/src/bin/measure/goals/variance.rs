@@ -1,13 +1,14 @@
 //! Variances of estimates of one ray, and of their means over the hits of a pixel.
 
-use super::both::{Both, Lit, mean_and_least, printed};
+use super::both::{Both, Lit, printed};
 use anyhow::Result;
 use glam::Vec3;
 use std::f64::consts::TAU;
+use std::path::Path;
 use wis_ffi_tests::client::raw;
 use wis_ffi_tests::hardcases::brdf::{Hit, Lobe};
 use wis_ffi_tests::page::{Part, Table};
-use wis_ffi_tests::statistics::{bootstrap_ratio, splitmix};
+use wis_ffi_tests::statistics::{bootstrap_ratio, geometric, splitmix};
 
 const MATERIALS: [&str; 7] =
     ["Lambert", "GGX 0.5", "GGX 0.2", "GGX 0.05", "anisotropic (0.3, 0.05)", "mix", "transmission"];
@@ -158,87 +159,113 @@ fn ratios([old, new]: [&[Vec<f64>; METRICS.len()]; 2]) -> Ratios {
     [0, 1].map(|metric| bootstrap_ratio(&old[metric], &new[metric]))
 }
 
-/// The ratios of a map for one material, number of candidates and view.
+/// The ratios of a map for one material, number of candidates, view and number of hits.
 struct Cell<'a> {
     lit: &'a Lit,
-    of: (&'static str, usize, usize),
+    material: &'static str,
+    candidates: usize,
+    view: usize,
+    hits: usize,
     ratios: Ratios,
 }
 
-/// The mean over the judged maps, and the least of them with its interval.
-fn by_material(cells: &[Cell]) -> Table {
-    let mut table = Table::new(3, &["material", "candidates", "view", "absolute", "least", "relative", "least"]);
-    for of in cells.iter().take_while(|cell| std::ptr::eq(cell.lit, cells[0].lit)).map(|cell| cell.of) {
-        let maps = cells.iter().filter(|cell| cell.of == of && cell.lit.is_judged);
+/// The maps of a cell.
+const MAPS: [&str; 2] = ["developer", "judged"];
+
+impl Cell<'_> {
+    fn maps(&self) -> &'static str {
+        MAPS[usize::from(self.lit.is_judged)]
+    }
+
+    /// Its line beside the page.
+    fn line(&self) -> String {
+        let Cell { lit, material, candidates, view, hits, ratios } = self;
+        let numbers: Vec<String> = ratios.iter().flatten().map(|x| format!("{x:.3}")).collect();
+        let view = VIEWS[*view];
+        format!("{}\t{}\t{material}\t{candidates}\t{view}\t{hits}\t{}", self.maps(), lit.light.name, numbers.join("\t"))
+    }
+}
+
+/// The head of those lines.
+const HEAD: &str = "maps\tmap\tmaterial\tcandidates\tview\thits\tabsolute\tfrom\tto\trelative\tfrom\tto";
+
+/// A row for each group of cells with the same words, in their order: the mean of each metric, and the least with its interval and map.
+fn grouped(head: &[&str], cells: &[&Cell], words: impl Fn(&Cell) -> Vec<String>) -> Table {
+    let metrics = ["absolute", "least", "relative", "least"];
+    let mut table = Table::new(head.len(), &[head, &metrics].concat());
+    let mut groups: Vec<(Vec<String>, Vec<&Cell>)> = Vec::new();
+    for cell in cells {
+        let words = words(cell);
+        match groups.iter_mut().find(|(of, _)| *of == words) {
+            Some((_, group)) => group.push(cell),
+            None => groups.push((words, vec![cell])),
+        }
+    }
+    for (words, group) in groups {
         let numbers = [0, 1].map(|metric| {
-            let least = maps.clone().min_by(|a, b| a.ratios[metric][0].total_cmp(&b.ratios[metric][0]));
-            let all: Vec<f64> = maps.clone().map(|cell| cell.ratios[metric][0]).collect();
-            let [mean, _] = mean_and_least(&all);
+            let mean = geometric(group.iter().map(|cell| cell.ratios[metric][0]));
+            let least = group.iter().min_by(|a, b| a.ratios[metric][0].total_cmp(&b.ratios[metric][0]));
             let least = least.map(|cell| format!("{} {}", printed(cell.ratios[metric]), cell.lit.light.name));
             [format!("{mean:.2}"), least.unwrap_or_default()]
         });
-        let words = [of.0.to_string(), of.1.to_string(), VIEWS[of.2].to_string()];
         table.row(words.into_iter().chain(numbers.into_iter().flatten()));
     }
     table
 }
 
-/// The tables, what is reached first.
+/// The tables, what is reached first; every cell goes into a file beside the page.
 ///
 /// # Errors
-/// Those of the library.
-pub fn parts(lights: &[Lit], quick: bool) -> Result<Vec<Part>> {
+/// Those of the library and of files.
+pub fn parts(lights: &[Lit], quick: bool, beside: &Path) -> Result<Vec<Part>> {
     let mut cells: Vec<Cell> = Vec::new();
-    let effort = if quick { (24, 64, &[1][..]) } else { (96, 512, &[1][..]) };
-    for lit in lights {
-        for (material, candidates) in MATERIALS.iter().flat_map(|m| CANDIDATES.map(|count| (m, count))) {
-            let [old, new] = compared(lit, material, candidates, effort)?;
-            for view in 0..VIEWS.len() {
-                let of = (*material, candidates, view);
-                cells.push(Cell { lit, of, ratios: ratios([&old[0][view], &new[0][view]]) });
+    let mut measure = |materials: &[&'static str], counts: &[usize], effort: (usize, usize, &[usize])| {
+        for (lit, material) in lights.iter().flat_map(|lit| materials.iter().map(move |material| (lit, *material))) {
+            for &candidates in counts {
+                let [old, new] = compared(lit, material, candidates, effort)?;
+                for (view, (i, &hits)) in
+                    (0..VIEWS.len()).flat_map(|v| effort.2.iter().enumerate().map(move |i| (v, i)))
+                {
+                    let ratios = ratios([&old[i][view], &new[i][view]]);
+                    cells.push(Cell { lit, material, candidates, view, hits, ratios });
+                }
             }
         }
-    }
-    let mut summary = Table::new(3, &["maps", "view", "metric", "goal", "mean", "least"]);
-    for (maps, judged) in [("developer", false), ("judged", true)] {
-        for ((view, name), metric) in VIEWS.iter().enumerate().flat_map(|view| [0, 1].map(|metric| (view, metric))) {
-            let of = cells.iter().filter(|cell| cell.lit.is_judged == judged && cell.of.2 == view);
-            let of: Vec<f64> = of.map(|cell| cell.ratios[metric][0]).collect();
-            if !of.is_empty() {
-                let goal = format!("mean {}, least 0.8", ["0.95", "1"][view]);
-                let words = [maps, name, METRICS[metric], &goal].map(String::from);
-                summary.row(words.into_iter().chain(mean_and_least(&of).map(|ratio| format!("{ratio:.2}"))));
-            }
-        }
-    }
-    let mut over_hits = Table::new(4, &["map", "material", "view", "hits", "absolute", "relative"]);
-    let effort = if quick { (8, 32, &HITS[..]) } else { (24, 96, &HITS[..]) };
-    for lit in lights.iter().filter(|lit| lit.is_judged).take(2) {
-        for material in SHARED {
-            let [old, new] = compared(lit, material, CANDIDATES[1], effort)?;
-            for ((view, name), (i, hits)) in
-                VIEWS.iter().enumerate().flat_map(|view| HITS.iter().enumerate().map(move |hits| (view, hits)))
-            {
-                let words = [&lit.light.name, material, name, &hits.to_string()].map(String::from);
-                over_hits.row(words.into_iter().chain(ratios([&old[i][view], &new[i][view]]).map(printed)));
-            }
-        }
-    }
-    let text = "Variance of one ray with as many candidates: absolute over the squared mean of all points, relative of each point over its \
-                own square. Six spheres of random places and sizes block the light.";
+        anyhow::Ok(cells.len())
+    };
+    let of_one = measure(&MATERIALS, &CANDIDATES, if quick { (24, 64, &[1]) } else { (96, 512, &[1]) })?;
+    measure(&SHARED, &CANDIDATES[1..], if quick { (8, 32, &HITS) } else { (24, 96, &HITS) })?;
+    let lines = cells.iter().map(Cell::line);
+    let lines: Vec<String> = std::iter::once(HEAD.to_string()).chain(lines).collect();
+    std::fs::write(beside, lines.join("\n") + "\n")?;
+    let (one, shared) = cells.split_at(of_one);
+    let one: Vec<&Cell> = one.iter().collect();
+    let judged: Vec<&Cell> = shared.iter().filter(|cell| HITS[2..].contains(&cell.hits)).collect();
+    let view = |cell: &Cell| VIEWS[cell.view].to_string();
+    let summary = grouped(&["maps", "view", "goal"], &one, |cell| {
+        let goal = format!("mean {}, least 0.8", ["0.95", "1"][cell.view]);
+        vec![cell.maps().into(), view(cell), goal]
+    });
+    let by_material =
+        grouped(&["material", "view", "maps"], &one, |cell| vec![cell.material.into(), view(cell), cell.maps().into()]);
+    let over_hits = grouped(&["material", "view", "hits", "maps"], &judged, |cell| {
+        vec![cell.material.into(), view(cell), cell.hits.to_string(), cell.maps().into()]
+    });
+    let file = beside.file_name().unwrap_or_default().to_string_lossy();
+    let text = format!(
+        "Variance of one ray with as many candidates: absolute over the squared mean of all points, relative of each point over its own square. \
+         Six spheres of random places and sizes block the light. Means are over maps and over 8 + 8 and 16 + 16 candidates. Every map and material \
+         stands in [{file}]({file}) with its interval."
+    );
     let hits = "Samples 0, 1, 2 ... of one pixel: the variance of their mean times their number, with 16 + 16 candidates. Goal: at least 1 \
                 with spheres at 16, 64 and 256 hits, and 0.83 in the open.";
     Ok(vec![
         Part::Heading("Variance with as many candidates".into()),
-        Part::Text(text.into()),
+        Part::Text(text),
         Part::Table(summary),
+        Part::Table(by_material),
         Part::Heading("Variance over the hits of a pixel".into()),
         Part::Text(hits.into()),
         Part::Table(over_hits),
-        Part::Heading("By material".into()),
-        Part::Text(
-            "Means over the judged maps, and the map where version 0.2 is furthest ahead, with its interval.".into(),
-        ),
-        Part::Table(by_material(&cells)),
     ])
 }

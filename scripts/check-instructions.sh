@@ -12,12 +12,12 @@ mkdir -p "$out"
 # call, directions of it, material, width of the map, goal, the most instructions (those of 2026-11-28 and 2 %), those on record, those of
 # version 0.2; of products, those before they were laid in one pass. Of several directions one counts.
 goals="
-direct  1  lambert 256  2700  3069 3013 11395
-direct  1  ggx     256  3600  4842 4748 20487
-direct  1  lambert 1024 2700  3072 3015 11076
-direct  1  ggx     1024 3600  4847 4752 19891
-prepare 1  lambert 1024 6500  8507 8340 18787
-prepare 1  ggx     1024 16000 23935 23466 32227
+direct  1  lambert 256  2700 3159 3097 11395
+direct  1  ggx     256  3600 4975 4877 20487
+direct  1  lambert 1024 2700 3161 3099 11076
+direct  1  ggx     1024 3600 4979 4881 19891
+prepare 1  lambert 1024 6500 8490 8324 18787
+prepare 1  ggx     1024 16000 23917 23448 32227
 sample  1  lambert 1024 1200  2566 2516 3213
 sample  1  ggx     1024 1200  2917 2860 3564
 pdf     1  lambert 1024 800   1745 1711 2283

@@ -1,9 +1,9 @@
 //! Candidates for rays, in lanes: from strata of the light, from the lobes and from portals, each with the library's own estimate of what it
 //! would bring.
 //!
-//! A candidate of the light is uniform in a stratum: one load, and its density is exact. In the balance heuristic (Veach and Guibas 1995) a
-//! function of the radiance there stands for the density of the light, the same for all sources: so parts of the techniques add up to 1
-//! everywhere, and no direction is ever looked for among the strata (rule 24).
+//! A candidate of the light lies in a stratum by a linear density: one load, and its density is exact. In the balance heuristic (Veach and
+//! Guibas 1995) a function of the radiance there stands for the density of the light, the same for all sources: so parts of the techniques add
+//! up to 1 everywhere, and no direction is ever looked for among the strata (rule 24).
 //!
 //! Candidates stand in order: those of the light along the kD-tree of the strata, those of the lobes along a Morton curve of their numbers.
 //! Systematic picks are then spread over directions, also over those of other hits of the pixel (rule 39).

@@ -8,8 +8,9 @@ use crate::sphere::Frame;
 use glam::Vec3;
 
 /// The share of the mean weight that every candidate has at least, so that a client whose BRDF or radiance is another than the
-/// library's meets no huge weight.
-pub const FLOOR: f32 = 0.05;
+/// library's meets no huge weight. A higher one costs clients whose BRDF is the library's: rays are spent on what brings nothing. A lower one costs the
+/// others.
+pub const FLOOR: f32 = 0.04;
 /// Sums of weights beyond these are too close to the ends of f32 to work with: every candidate that counts is then as good as another.
 /// Times a density, of a lobe of alpha 1e-5 for instance, it is still a number.
 const LARGEST: f32 = 1e25;

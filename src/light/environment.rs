@@ -7,7 +7,7 @@ use super::guide::{self, Guide};
 use super::map;
 use super::plan::{Description, Filter, Plan};
 use super::radiance::{Radiance, Source};
-use super::strata::StandIn;
+use super::strata::{self, StandIn};
 use super::tables::{Block, Cell, Light};
 pub use crate::blob::Size;
 use crate::blob::{self, Blob, Magic, Part, Table};
@@ -285,7 +285,8 @@ impl<'a> Environment<'a> {
         let chart = h.chart();
         let radiance = Radiance::new(words, tiles, of.tile_side, h.is_bilinear(), &chart);
         let strata = self.part(s.strata, of.strata.into());
-        Source { chart, radiance, strata, mean: of.mean, inverse_power: of.inverse_power }
+        let unit = strata::unit(&chart);
+        Source { chart, radiance, strata, unit, mean: of.mean, inverse_power: of.inverse_power }
     }
 
     /// Requires the exact tables.

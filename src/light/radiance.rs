@@ -114,8 +114,10 @@ pub struct Source<'a> {
     pub chart: Chart,
     /// The map.
     pub radiance: Radiance<'a>,
-    /// Rectangles of equal probability that tile all faces: column, row (counted over all faces), width and height.
+    /// Rectangles of equal probability that tile all faces: see [`rectangle`](super::strata::rectangle).
     pub strata: &'a [[f32; 4]],
+    /// The unit of where they begin.
+    pub unit: f32,
     /// The mean radiance over the sphere.
     pub mean: f32,
     /// One over the integral of what candidates are drawn by; 0 for a black light.
@@ -125,11 +127,34 @@ pub struct Source<'a> {
 /// What candidates are drawn by keeps this part of the radiance below the mean.
 pub const DIM: f32 = 0.25;
 
+/// Where a stratum begins along an axis stands in units, and below in so many bits the density there over [`EVEN_SLOPE`].
+pub const SLOPE_BITS: i32 = 8;
+/// All of these bits.
+pub const SLOPES: u32 = (1 << SLOPE_BITS) - 1;
+/// Of an even stratum.
+pub const EVEN_SLOPE: f32 = 128.0;
+
 impl Source<'_> {
     /// What stands for the density of candidates where the light has a radiance: a function of it alone.
     #[inline(always)]
     pub fn stand_in<F: Num>(&self, radiance: F) -> F {
         (radiance - self.mean).max(radiance * DIM) * self.inverse_power
+    }
+
+    /// Where a stratum begins along an axis.
+    #[inline(always)]
+    fn begin<F: Num>(&self, start: F) -> F {
+        F::of_whole(start.to_bits().shr::<SLOPE_BITS>()) * self.unit
+    }
+
+    /// The position along an axis of a stratum for a number in (0, 1), and [`EVEN_SLOPE`] times its density over the even one. That is linear: a +
+    /// 2 (1 - a) t has the distribution a t + (1 - a) t^2, whose inverse is stable as written.
+    #[inline(always)]
+    fn along<F: Num>(&self, start: F, length: F, u: F) -> (F, F) {
+        let first = F::of_whole(start.to_bits() & F::Whole::splat(SLOPES));
+        let density = (first * first + (F::splat(EVEN_SLOPE) - first) * (u * (4.0 * EVEN_SLOPE))).sqrt();
+        let t = (u * (2.0 * EVEN_SLOPE) / (first + density)).min(F::splat(1.0));
+        (self.begin(start) + length * t, density)
     }
 
     /// Directions of map space for two numbers in (0, 1); the face and position of each, and one over its density.
@@ -139,16 +164,17 @@ impl Source<'_> {
         let scaled = u * count;
         let index = scaled.to_whole();
         let [column, row, width, height] = F::rows(self.strata, index);
-        let (x, y) = (column + width * (scaled - F::of_whole(index)), row + height * v);
+        let (x, across) = self.along(column, width, scaled - F::of_whole(index));
+        let (y, down) = self.along(row, height, v);
         let (face, y) = if self.chart.layout == Layout::Cube {
             let rows = self.chart.axes[1].length;
             // By its middle: no stratum spans two faces, and rounding leads to none from there.
-            let face = F::of_whole(((row + height * 0.5) * (1.0 / rows)).to_whole());
+            let face = F::of_whole(((self.begin(row) + height * 0.5) * (1.0 / rows)).to_whole());
             (face, y - face * rows)
         } else {
             (F::splat(0.0), y)
         };
         let (direction, angle) = self.chart.direction_and_angle(face, [x, y]);
-        (direction, face, [x, y], width * height * (angle * count))
+        (direction, face, [x, y], width * height * (angle * (count * EVEN_SLOPE * EVEN_SLOPE)) / (across * down))
     }
 }

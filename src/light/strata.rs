@@ -1,8 +1,10 @@
-//! Strata: rectangles of equal probability that cover all faces. A candidate is a stratum, and a uniform position inside.
+//! Strata: rectangles of equal probability that cover all faces. A candidate is a stratum, and a position inside.
 //!
 //! They are the leaves of a kD-tree: each node cuts its box and divides its strata (the kD warp of Clarberg et al. 2005, run once; the
 //! strata of Agarwal et al. 2003 for random numbers). What they follow is g = max(L - mean, L / 4) x solid angle; of a cut, the sum over
 //! both sides of area x integral of g^2 / strata counts, which is the second moment of g over the strata's density.
+//!
+//! Inside a stratum density is linear along both axes, as the light in the cells of which it was cut says.
 //!
 //! A node looks at its box as a grid of at most 32 x 32 cells and cuts at their borders: cells are 2^k patches wide, whose sums
 //! stand in a pyramid, or parts of a patch, which are looked up. Its parts are cut in the same grid, until they have too few cells and
@@ -12,7 +14,7 @@
 use super::chart::{Chart, Layout};
 use super::map::{WHOLE, solid_angle};
 use super::plan::Plan;
-use super::radiance::{DIM, decode};
+use super::radiance::{DIM, EVEN_SLOPE, SLOPE_BITS, SLOPES, decode};
 use super::tables::Light;
 use crate::numeric::sqrt;
 use crate::simd::{Four, Num};
@@ -47,6 +49,9 @@ const EVEN: f64 = 0.01;
 const UNEVEN: f64 = 16.0;
 /// Candidates beyond which that no longer counts.
 const MOST_TOGETHER: usize = 64;
+
+/// The steepest density in a stratum, in steps: it is a quarter of the mean at its least, so that no candidate is rare.
+const STEEPEST: f32 = 0.75 * EVEN_SLOPE;
 
 /// log2 of the units that a patch is wide, at most: where strata can begin and end.
 const FINEST: u32 = 12;
@@ -86,6 +91,27 @@ pub struct StandIn {
     pub second_moment: f32,
     /// Strata.
     pub strata: u32,
+}
+
+/// The width of a unit of strata: a part of a patch by a power of two, so that all faces in a row are at most 2^[`BITS`] units long.
+#[inline(always)]
+pub fn unit(chart: &Chart) -> f32 {
+    const FINEST_UNIT: f32 = 1.0 / (1u32 << FINEST) as f32;
+    const MANTISSA: u32 = (1 << 23) - 1;
+    let longest = chart.axes[0].length.max(chart.axes[1].length * chart.faces() as f32);
+    // The power of two that is not below, by the exponent: each call for rays comes here.
+    let power = f32::from_bits(longest.to_bits().wrapping_add(MANTISSA) & !MANTISSA);
+    (power * (1.0 / (1u32 << BITS) as f32)).max(FINEST_UNIT)
+}
+
+/// A stratum: column, row (counted over all faces), width and height; and along both axes its density where it begins over the mean one.
+/// Where it ends that is 2 less this.
+pub fn rectangle([x, y, width, height]: [f32; 4], unit: f32) -> ([f32; 4], [f32; 2]) {
+    let [[x, a], [y, b]] = [x, y].map(|start| {
+        let bits = start.to_bits();
+        [(bits >> SLOPE_BITS) as f32 * unit, (bits & SLOPES) as f32 / EVEN_SLOPE]
+    });
+    ([x, y, width, height], [a, b])
 }
 
 /// Levels of the pyramid over a face: the first has cells of two patches.
@@ -175,6 +201,26 @@ impl Span {
     fn new(ends: [u32; 2], size: u32) -> Span {
         let first = ends[0] >> size;
         Span { ends, size, first, count: (ends[1].div_ceil(1 << size) - first) as usize }
+    }
+
+    /// Where the middle of cell `i` lies, from -1 to 1, and the part of the length that the cell takes.
+    fn middle(&self, i: usize) -> (f32, f32) {
+        let [low, high] = [i, i + 1].map(|i| (self.border(i) - self.ends[0]) as f32);
+        let all = 1.0 / (self.ends[1] - self.ends[0]).max(1) as f32;
+        ((low + high) * all - 1.0, (high - low) * all)
+    }
+
+    /// The slope of the density that follows the sums of cells best, in steps and at most [`STEEPEST`].
+    fn slope(&self, sums: &Sums) -> i32 {
+        let (mut all, mut along, mut squares) = (0.0, 0.0, 0.0);
+        for (i, sum) in sums.iter().enumerate().take(self.count) {
+            let (middle, part) = self.middle(i);
+            all += sum[0] as f32;
+            along += sum[0] as f32 * middle;
+            squares += part * middle * middle;
+        }
+        let slope = along * EVEN_SLOPE / (all * squares).max(f32::MIN_POSITIVE);
+        (slope + if slope < 0.0 { -0.5 } else { 0.5 }).max(-STEEPEST).min(STEEPEST) as i32
     }
 
     /// Where cell `i` begins.
@@ -432,10 +478,9 @@ fn scale(factor: f64) -> f64 {
 impl Field<'_> {
     /// The light of a map in units of its mean.
     fn new<'a>(light: &'a Light<'a>, factor: f64) -> Field<'a> {
-        let axes = &light.chart.axes;
-        let longest = axes[0].length.max(axes[1].length * light.chart.faces() as f32) as u32;
-        let patch = FINEST.min(BITS - longest.next_power_of_two().trailing_zeros());
-        Field { light, patches: axes.map(|axis| axis.patches), patch, scale: scale(factor) }
+        let patches = light.chart.axes.map(|axis| axis.patches);
+        let patch = ((1.0 / unit(&light.chart)) as u32).trailing_zeros();
+        Field { light, patches, patch, scale: scale(factor) }
     }
 
     /// The width of a unit.
@@ -739,7 +784,8 @@ impl<'a, 'b> Build<'a, 'b> {
                         *place = *part;
                         count += 1;
                     }
-                    None => total += field.put(part, square, out),
+                    None if part.count > 1 => total += field.put(part, square, out),
+                    None => total += field.finish(&grid, part, out),
                 }
             }
         }
@@ -809,12 +855,45 @@ impl Field<'_> {
             }
             return 0.0;
         }
-        let [x, y] = [0, 1].map(|k: usize| self.position(k, node.extent[k][0]));
-        let [width, height] = node.extent.map(|[low, high]| (high - low) as f32 * self.unit());
         if let Some(slot) = slots.first_mut() {
-            *slot = [x, y + node.face as f32 * self.light.chart.axes[1].length, width, height];
+            *slot = self.stratum(node, [0; 2]);
         }
         self.area(&node.extent) * square
+    }
+
+    /// A stratum with slopes along both axes, as [`rectangle`] reads it.
+    fn stratum(&self, node: &Node, slopes: [i32; 2]) -> [f32; 4] {
+        let before = |k: usize| {
+            let axis = &self.light.chart.axes[k & 1];
+            let [shift, length] = [axis.shift, axis.length].map(|x| (x * (1u32 << self.patch) as f32) as u32);
+            node.extent[k & 1][0] - shift + if k == 1 { node.face * length } else { 0 }
+        };
+        let [x, y] = [0, 1].map(|k: usize| {
+            let first = EVEN_SLOPE as i32 - slopes[k & 1];
+            f32::from_bits(before(k) << SLOPE_BITS | first as u32 & SLOPES)
+        });
+        let [width, height] = node.extent.map(|[low, high]| (high - low) as f32 * self.unit());
+        [x, y, width, height]
+    }
+
+    /// Writes the stratum of a node in a grid, with the slopes of the light there. Answers area x integral of the square over its density.
+    #[inline(never)]
+    fn finish(&self, grid: &Grid<'_>, node: &Node, out: &mut [[f32; 4]]) -> f64 {
+        let spans = node.extent.map(|ends| Span::new(ends, node.size));
+        let sums = grid.sums(&spans);
+        let slopes = [0, 1].map(|k: usize| spans[k & 1].slope(&sums[k & 1]));
+        if let Some(slot) = out.get_mut(node.first as usize) {
+            *slot = self.stratum(node, slopes);
+        }
+        let density = |k: usize, i: usize| 1.0 + spans[k & 1].middle(i).0 * slopes[k & 1] as f32 / EVEN_SLOPE;
+        let [x, y] = [0, 1].map(|k: usize| (spans[k].first - grid.spans[k].first) as usize);
+        let mut sum = 0.0;
+        for (j, line) in grid.cells.chunks_exact(GRID).skip(y).take(spans[1].count).enumerate() {
+            for (i, cell) in line.iter().skip(x).take(spans[0].count).enumerate() {
+                sum += f64::from(cell[1] / (density(0, i) * density(1, j)));
+            }
+        }
+        self.area(&node.extent) * sum
     }
 
     /// Cuts a node in two, where that makes the least second moment. Answers the integrals of the squares of both parts. Apart, so that its
@@ -900,8 +979,12 @@ pub fn are_sound(light: &Light<'_>) -> bool {
     let units = (1u32 << field.patch) as f32;
     let [length, height] = light.chart.axes.map(|axis| axis.length);
     let (mut sum, all) = (0u64, f64::from(length * units) * f64::from(height * units) * f64::from(light.chart.faces()));
-    let sound = light.strata.iter().all(|stratum| {
-        let [x, y, width, rows] = stratum.map(|x| x * units);
+    let sound = light.strata.iter().all(|&stratum| {
+        let (sides, first) = rectangle(stratum, field.unit());
+        let [x, y, width, rows] = sides.map(|x| x * units);
+        if first.iter().any(|a| (a - 1.0).abs() * EVEN_SLOPE > STEEPEST) {
+            return false;
+        }
         let whole = [x, y, width, rows].iter().all(|&n| (0.0..(1 << BITS) as f32).contains(&n) && n as u32 as f32 == n);
         if !whole {
             return false;

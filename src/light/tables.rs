@@ -90,7 +90,7 @@ pub struct Light<'a> {
     pub tiles: &'a [u32],
     /// log2 of the patches along a side of a tile; 31 if the map is one tile.
     pub tile_side: u32,
-    /// Rectangles of equal probability that cover all faces, in kD order: x, y, width, height. Rows count over all faces.
+    /// Rectangles of equal probability that cover all faces, in kD order: see [`rectangle`](super::strata::rectangle).
     pub strata: &'a [[f32; 4]],
     /// The mean radiance of the texel map over the sphere.
     pub mean: f32,

@@ -12,6 +12,7 @@ use std::f64::consts::FRAC_PI_4;
 use wis::brdf::material::Shape;
 use wis::direct::sampler::{Config, Sequence};
 use wis::light::environment::Environment;
+use wis::light::strata::rectangle;
 use wis::simd::Level;
 
 /// The stratum that holds a direction; `None` on borders.
@@ -19,7 +20,8 @@ fn stratum(environment: &Environment<'_>, wi: V3) -> Option<usize> {
     let source = environment.source();
     let place = source.chart.place::<f32>(single(rotate_back(&TURNED, wi)));
     let inside = |at: f32, first: f32, length: f32| at > first && at < first + length;
-    source.strata.iter().position(|&[column, row, width, height]| {
+    source.strata.iter().position(|&stratum| {
+        let ([column, row, width, height], _) = rectangle(stratum, source.unit);
         inside(place.position[0], column, width) && inside(place.position[1], row, height)
     })
 }

@@ -6,7 +6,7 @@ use wis::direct::pick::{FLOOR, FLOOR_IN_THE_DARK, pick};
 use wis::simd::GROUP;
 
 /// The share of the mean that every candidate has at least, and that where little of the light was seen.
-const C: f64 = 0.05;
+const C: f64 = 0.04;
 const IN_THE_DARK: f64 = 0.25;
 
 /// Directions, densities and target over density of candidates; an infinite density: the candidate does not count.

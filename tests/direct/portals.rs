@@ -273,16 +273,16 @@ fn compensated() {
             let radiance = map.radiance(Filter::Bilinear, rotate_back(&TURNED, wi)).map(|l| l as f32);
             1.0 - f64::from(environment.base(radiance))
         };
-        let mut thread = Thread::new(1);
-        // As many rays without portals tell the integral.
-        let mean = |thread: &mut Thread, portals: &[Portal]| {
+        let mut thread = Thread::new(64);
+        // Rays without portals tell the integral: many for each, since few of them find the windows.
+        let mean = |thread: &mut Thread, portals: &[Portal], rays: usize| {
             mean_of(corrected(TESTS), |seed| {
                 let point = Point { compensated: true, portals, portals_complete: true, ..client.point() };
-                let rays = thread.direct(&environment, &point, first_hit(seed), 1);
+                let rays = thread.direct(&environment, &point, first_hit(seed), rays);
                 rays.iter().map(|ray| brings(&client, &map, ray) * above(ray.wi.map(f64::from))).sum()
             })
         };
-        let [with, without] = [&portals[..], &[]].map(|portals| mean(&mut thread, portals));
+        let [with, without] = [(&portals[..], 1), (&[], 64)].map(|(portals, rays)| mean(&mut thread, portals, rays));
         let p = with.p_value(without.mean, without.standard_error());
         println!("{light}: {} with portals, {} without, p {p:.1e}", with.mean, without.mean);
         assert!(p > corrected(TESTS));

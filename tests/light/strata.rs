@@ -7,7 +7,13 @@ use wis::light::chart::Layout;
 use wis::light::map::solid_angle;
 use wis::light::plan::{Description, Filter};
 use wis::light::radiance::{decode, encode};
+use wis::light::strata::{rectangle, unit};
 use wis::light::tables::Light;
+
+/// Rectangles of strata, and their densities at their beginnings.
+fn rectangles(light: &Light<'_>) -> Vec<([f32; 4], [f32; 2])> {
+    light.strata.iter().map(|&stratum| rectangle(stratum, unit(&light.chart))).collect()
+}
 
 /// The face of a stratum.
 fn face(light: &Light<'_>, [_, y, _, height]: [f32; 4]) -> u32 {
@@ -18,7 +24,9 @@ fn face(light: &Light<'_>, [_, y, _, height]: [f32; 4]) -> u32 {
 fn tiles(name: &str, light: &Light<'_>) {
     let [length, height] = light.chart.axes.map(|axis| axis.length);
     let mut area = 0.0;
-    for &[x, y, width, rows] in light.strata {
+    let all = rectangles(light);
+    for &([x, y, width, rows], slopes) in &all {
+        assert!(slopes.iter().all(|first| (0.25..=1.75).contains(first)), "{name}: {slopes:?}");
         let top = face(light, [x, y, width, rows]) as f32 * height;
         assert!(width > 0.0 && rows > 0.0 && x >= 0.0 && x + width <= length, "{name}");
         assert!(y >= top && y + rows <= top + height, "{name}: no stratum spans two faces");
@@ -28,8 +36,8 @@ fn tiles(name: &str, light: &Light<'_>) {
     let mut random = Random(91);
     for _ in 0..200 {
         let place = [random.unit() * length, random.unit() * height * light.chart.faces() as f32];
-        let holds = |s: &&[f32; 4]| (0..2).all(|k| s[k] <= place[k] && place[k] < s[k] + s[k + 2]);
-        assert_eq!(light.strata.iter().filter(holds).count(), 1, "{name} at {place:?}");
+        let holds = |(s, _): &&([f32; 4], [f32; 2])| (0..2).all(|k| s[k] <= place[k] && place[k] < s[k] + s[k + 2]);
+        assert_eq!(all.iter().filter(holds).count(), 1, "{name} at {place:?}");
     }
 }
 
@@ -38,7 +46,7 @@ fn follows(light: &Light<'_>) -> [f64; 3] {
     const SIDE: usize = 12;
     let count = light.strata.len() as f64;
     let (mut mean, mut second, mut largest) = (0.0, 0.0, 0.0f64);
-    for &stratum in light.strata {
+    for (stratum, slopes) in rectangles(light) {
         let [x, y, width, rows] = stratum;
         let face = face(light, stratum);
         let top = face as f32 * light.chart.axes[1].length;
@@ -49,9 +57,11 @@ fn follows(light: &Light<'_>) -> [f64; 3] {
             let stands_in = f64::from((radiance - light.mean).max(0.25 * radiance)) * f64::from(light.inverse_power);
             let ratio =
                 stands_in * f64::from(solid_angle(&light.chart, place)) * count * f64::from(width) * f64::from(rows);
+            let density = |k: usize, t: f32| f64::from(slopes[k] + 2.0 * (1.0 - slopes[k]) * t);
+            let density = density(0, at(k % SIDE)) * density(1, at(k / SIDE));
             mean += ratio;
-            second += ratio * ratio;
-            largest = largest.max(ratio);
+            second += ratio * ratio / density;
+            largest = largest.max(ratio / density);
         }
     }
     [mean, second].map(|sum| sum / (count * (SIDE * SIDE) as f64)).into_iter().chain([largest]).collect::<Vec<_>>()[..]

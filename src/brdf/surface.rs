@@ -276,49 +276,10 @@ impl Surface {
         F::apart(Eval { surface: self, wi })
     }
 
-    /// Hands out the lobes, which together have the luminance of [`Surface::eval`] but for [`Surface::finish`].
+    /// The luminance of BRDF x cosine, as [`Surface::eval`] has it: for a step that needs nothing else.
     #[inline(always)]
-    pub fn each_lobe<F: Num>(&self, each: &mut impl EachLobe<F>) {
-        let (zero, one) = (F::splat(0.0), F::splat(1.0));
-        if self.count == 0 {
-            each.lobe(true, |[.., z]| if self.whole { one } else { F::only(zero.lt(z), one) });
-        }
-        // Copies: what is written must not be what is read here, or it would be read for each register again.
-        for (number, &lobe) in (1..).zip(self.lobes()) {
-            let (is_last, constant) = (number == self.count, F::splat(lobe.fresnel[0]));
-            match &lobe.shape {
-                LobeShape::Lambert(side) => {
-                    each.lobe(is_last, |[.., z]| F::only(zero.lt(z * *side), constant * FRAC_1_PI));
-                }
-                LobeShape::Ggx(ggx) => each.lobe(is_last, |wi| {
-                    let response = ggx.reflect(wi);
-                    response.value * lobe.schlick(response.cosine)
-                }),
-                LobeShape::GgxTransmission(ggx, eta) => each.lobe(is_last, |wi| {
-                    let response = ggx.transmit(wi, *eta);
-                    response.value * lobe.schlick(response.cosine)
-                }),
-                LobeShape::Phong(phong) => {
-                    let norm = constant * phong.norm();
-                    each.lobe(is_last, |wi| F::only(zero.lt(wi[2]), norm * phong.power(wi)));
-                }
-                LobeShape::PhongFromBelow(drawn) => {
-                    let ([x, y, z], norm) = (self.wo, constant * drawn.norm());
-                    each.lobe(is_last, |wi| F::only(zero.lt(wi[2]), norm * drawn.power_about([-x, -y, z], wi)));
-                }
-            }
-        }
-    }
-
-    /// The luminance of BRDF x cosine for the sum over the lobes and the factor of the cosine, which is 1 where they contain it.
-    #[inline(always)]
-    pub fn finish<F: Num>(sum: F, factor: F) -> F {
-        (sum * factor).min(F::splat(f32::MAX))
-    }
-
-    /// Whether lobes contain the cosine.
-    pub fn cosine_included(&self) -> bool {
-        self.cosine_included
+    pub fn value<F: Num>(&self, wi: [F; 3]) -> F {
+        self.eval_here(wi).0
     }
 
     /// As [`Surface::eval`], inlined.
@@ -365,7 +326,7 @@ impl Surface {
                 }
             }
         }
-        (Surface::finish(value, factor), pdf)
+        ((value * factor).min(F::splat(f32::MAX)), pdf)
     }
 
     #[inline(always)]
@@ -417,13 +378,6 @@ impl Surface {
         }
         wi
     }
-}
-
-/// What goes through many directions for each lobe: what is read of a lobe, and the branch to its kind, are half of what a register of
-/// directions takes with all lobes.
-pub trait EachLobe<F: Num> {
-    /// A lobe, by its luminance in local directions.
-    fn lobe(&mut self, is_last: bool, value: impl Fn([F; 3]) -> F);
 }
 
 struct Eval<'a, F: Num> {

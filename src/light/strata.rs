@@ -16,7 +16,7 @@ use super::map::{WHOLE, solid_angle};
 use super::plan::Plan;
 use super::radiance::{DIM, EVEN_SLOPE, SLOPE_BITS, SLOPES, decode};
 use super::tables::Light;
-use crate::numeric::sqrt;
+use crate::numeric::{max, min, sqrt};
 use crate::simd::{Four, Num};
 use bytemuck::{Pod, Zeroable};
 use core::f64::consts::PI;
@@ -93,7 +93,7 @@ pub struct StandIn {
     pub strata: u32,
 }
 
-/// The width of a unit of strata: a part of a patch by a power of two, so that all faces in a row are at most 2^[`BITS`] units long.
+/// The width of a unit of strata: a part of a patch by a power of two, so that all faces in a row are at most 2^`BITS` units long.
 #[inline(always)]
 pub fn unit(chart: &Chart) -> f32 {
     const FINEST_UNIT: f32 = 1.0 / (1u32 << FINEST) as f32;
@@ -220,7 +220,7 @@ impl Span {
             squares += part * middle * middle;
         }
         let slope = along * EVEN_SLOPE / (all * squares).max(f32::MIN_POSITIVE);
-        (slope + if slope < 0.0 { -0.5 } else { 0.5 }).max(-STEEPEST).min(STEEPEST) as i32
+        min(max(slope + if slope < 0.0 { -0.5 } else { 0.5 }, -STEEPEST), STEEPEST) as i32
     }
 
     /// Where cell `i` begins.

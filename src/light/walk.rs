@@ -80,12 +80,7 @@ impl<F: Num> Located<F> {
     /// The numbers of the direction in its cell: along columns and along rows, each in [0, 1 - 2^-24].
     #[inline(always)]
     pub fn numbers(&self) -> [F; 2] {
-        F::apart(move || {
-            let Located { patch, position, .. } = self;
-            let u = patch.shape.invert(*position);
-            let (first, last) = (F::splat(0.0), F::splat(ONE_MINUS_EPSILON));
-            [0, 1].map(|k: usize| (patch.start[k] + u[k] * patch.width[k]).max(first).min(last))
-        })
+        F::apart(InCell { located: self })
     }
 }
 
@@ -258,10 +253,8 @@ impl<'a, const N: usize> Walk<'a, N> {
             let c = self.cells[lane];
             let v = numbers[1][lane];
             let (row, range) = find(&light.starts, c.starts as usize, c.blocks[1].into(), v);
-            if N > 1 {
-                light.starts.prefetch(c.row(row));
-                prefetch(light.blocks, c.first as usize + row * usize::from(c.blocks[0]));
-            }
+            light.starts.prefetch(c.row(row));
+            prefetch(light.blocks, c.first as usize + row * usize::from(c.blocks[0]));
             self.from[1][lane] = row as u32;
             numbers[1][lane] = UNITS * rest(v, range);
             if let Some(of_cells) = &mut of_cells {
@@ -304,9 +297,7 @@ impl<'a, const N: usize> Walk<'a, N> {
             let block = self.blocks[lane];
             let key = numbers[1][lane] as i32 as u32;
             let found = find16(&light.words, block.rows as usize, block.grid[1].into(), key, block.words_at_ends());
-            if N > 1 {
-                light.prefetch_lines(block, found.0);
-            }
+            light.prefetch_lines(block, found.0);
             self.put_inner(1, lane, found);
         }
     }
@@ -358,10 +349,8 @@ impl<'a, const N: usize> Walk<'a, N> {
             let block = light.block(self.inner[0][0][lane]);
             self.blocks[lane] = block;
             let row = self.behind[1][lane] >> block.step(1);
-            if N > 1 {
-                light.words.prefetch(block.rows as usize);
-                light.prefetch_lines(block, row as usize);
-            }
+            light.words.prefetch(block.rows as usize);
+            light.prefetch_lines(block, row as usize);
             self.behind[0][lane] >>= block.step(0);
             self.behind[1][lane] = row;
         }
@@ -529,6 +518,23 @@ pub(super) struct FoundBlock {
     pub at: [u32; 2],
     /// The column and row of the patch in the block.
     pub patch: [u32; 2],
+}
+
+/// [`Located::numbers`].
+struct InCell<'a, F: Num> {
+    located: &'a Located<F>,
+}
+
+impl<F: Num> Apart<F> for InCell<'_, F> {
+    type Output = [F; 2];
+
+    #[inline(always)]
+    fn run(self) -> [F; 2] {
+        let Located { patch, position, .. } = self.located;
+        let u = patch.shape.invert(*position);
+        let (first, last) = (F::splat(0.0), F::splat(ONE_MINUS_EPSILON));
+        [0, 1].map(|k: usize| (patch.start[k] + u[k] * patch.width[k]).max(first).min(last))
+    }
 }
 
 /// [`Light::sample_in`].

@@ -14,7 +14,7 @@ use crate::light::tables::{Light, Located, decoded};
 use crate::light::warp::{PatchDensity, Profiles};
 use crate::numeric::{ONE_MINUS_EPSILON, min};
 use crate::sample::Sample;
-use crate::simd::{GROUP, Num, Whole};
+use crate::simd::{Apart, GROUP, Num, Whole};
 use crate::sphere::Frame;
 
 /// A product with the light that it was prepared for.
@@ -181,18 +181,21 @@ impl<'a> Shaded<'a> {
 
     /// The leaves that hold the numbers (w, v) of cells.
     #[inline(always)]
-    fn leaf_at<F: Num>(&self, cell: F::Whole, [w, v]: [F; 2]) -> Leaf<F> {
-        F::apart(move || {
-            let (leaf, divided) = self.cell::<F>(cell);
-            let Some((divided, number)) = divided else { return leaf };
-            let one = F::splat(1.0);
-            let place = |[a, b, c]: [F; 3], x: F| F::only(a.le(x), one) + F::only(b.le(x), one) + F::only(c.le(x), one);
-            let first = number * F::Whole::splat(QUADS as u32);
-            let rows = self.borders::<F>(first);
-            let row = place(rows, v);
-            let columns = self.borders::<F>(plus::<F>(first, 1) + row.to_whole());
-            Self::either(divided, &self.part(number, [place(columns, w), row], [columns, rows]), &leaf)
-        })
+    fn leaf_at<F: Num>(&self, cell: F::Whole, numbers: [F; 2]) -> Leaf<F> {
+        F::apart(LeafAt { shaded: self, cell, numbers })
+    }
+
+    #[inline(always)]
+    fn leaf_here<F: Num>(&self, cell: F::Whole, [w, v]: [F; 2]) -> Leaf<F> {
+        let (leaf, divided) = self.cell::<F>(cell);
+        let Some((divided, number)) = divided else { return leaf };
+        let one = F::splat(1.0);
+        let place = |[a, b, c]: [F; 3], x: F| F::only(a.le(x), one) + F::only(b.le(x), one) + F::only(c.le(x), one);
+        let first = number * F::Whole::splat(QUADS as u32);
+        let rows = self.borders::<F>(first);
+        let row = place(rows, v);
+        let columns = self.borders::<F>(plus::<F>(first, 1) + row.to_whole());
+        Self::either(divided, &self.part(number, [place(columns, w), row], [columns, rows]), &leaf)
     }
 
     /// The cells that `u` leads to, the leaves in them, and what is left of `u`.
@@ -271,20 +274,8 @@ impl<'a> Shaded<'a> {
     /// for them.
     #[inline(always)]
     pub fn draw_grid<F: Num>(&self, frame: &Frame, u: [F; 2]) -> ([F; 3], (F, F)) {
-        let FromGrid { world, pdf, light, .. } = self.grid_sample(frame, u, false);
+        let FromGrid { world, pdf, light, .. } = F::apart(SampleGrid { shaded: self, frame, u, mixed: false });
         (self.light.valid(frame, world).0, (pdf, light))
-    }
-
-    /// What numbers of the grid lead to. `mixed`: densities are those of the product; else those of its grid alone.
-    #[inline(always)]
-    fn grid_sample<F: Num>(&self, frame: &Frame, u: [F; 2], mixed: bool) -> FromGrid<F> {
-        F::apart(move || {
-            let (cells, numbers, leaf) = self.cells(u);
-            let (world, located, strayed) = self.light.to_world(frame, &self.light.sample_in::<F>(cells, numbers));
-            let grid = self.grid(&located, Some(&leaf));
-            let pdf = if mixed { self.with_lobes(frame, world, grid) } else { grid };
-            FromGrid { world, pdf, light: self.light.alone(&located), strayed }
-        })
     }
 
     /// The densities of directions of map space, of unit length, by the grid and in the light.
@@ -313,7 +304,8 @@ impl<'a> Shaded<'a> {
     /// World directions for numbers of the grid, and their densities.
     #[inline(always)]
     fn sample_grid<F: Num>(&self, frame: &Frame, u: [F; 2]) -> ([F; 3], F) {
-        let FromGrid { mut world, mut pdf, strayed, .. } = self.grid_sample(frame, u, true);
+        let sample = SampleGrid { shaded: self, frame, u, mixed: true };
+        let FromGrid { mut world, mut pdf, strayed, .. } = F::apart(sample);
         settle_lanes(u, strayed, &mut world, &mut pdf, |u| self.settled(frame, u));
         (world, pdf)
     }
@@ -500,11 +492,16 @@ impl Density for Shaded<'_> {
 
     #[inline(always)]
     fn pdf<F: Num>(&self, frame: &Frame, wi: [F; 3]) -> F {
-        F::apart(move || {
-            let (map, valid) = self.light.valid(frame, wi);
-            F::only(valid, self.find(map).0)
-        })
+        F::apart(Pdf { shaded: self, frame, wi })
     }
+}
+
+struct SampleGrid<'a, F: Num> {
+    shaded: &'a Shaded<'a>,
+    frame: &'a Frame,
+    u: [F; 2],
+    /// Whether densities are those of the product; else those of its grid alone.
+    mixed: bool,
 }
 
 /// What numbers of the grid lead to.
@@ -515,6 +512,52 @@ struct FromGrid<F: Num> {
     light: F,
     /// The lanes that rounding carried out of their patch.
     strayed: u32,
+}
+
+impl<F: Num> Apart<F> for SampleGrid<'_, F> {
+    type Output = FromGrid<F>;
+
+    #[inline(always)]
+    fn run(self) -> FromGrid<F> {
+        let SampleGrid { shaded, frame, u, mixed } = self;
+        let (cells, numbers, leaf) = shaded.cells(u);
+        let (world, located, strayed) = shaded.light.to_world(frame, &shaded.light.sample_in::<F>(cells, numbers));
+        let grid = shaded.grid(&located, Some(&leaf));
+        let pdf = if mixed { shaded.with_lobes(frame, world, grid) } else { grid };
+        FromGrid { world, pdf, light: shaded.light.alone(&located), strayed }
+    }
+}
+
+/// [`Shaded::leaf_at`].
+struct LeafAt<'a, F: Num> {
+    shaded: &'a Shaded<'a>,
+    cell: F::Whole,
+    numbers: [F; 2],
+}
+
+impl<F: Num> Apart<F> for LeafAt<'_, F> {
+    type Output = Leaf<F>;
+
+    #[inline(always)]
+    fn run(self) -> Leaf<F> {
+        self.shaded.leaf_here(self.cell, self.numbers)
+    }
+}
+
+struct Pdf<'a, F: Num> {
+    shaded: &'a Shaded<'a>,
+    frame: &'a Frame,
+    wi: [F; 3],
+}
+
+impl<F: Num> Apart<F> for Pdf<'_, F> {
+    type Output = F;
+
+    #[inline(always)]
+    fn run(self) -> F {
+        let (map, valid) = self.shaded.light.valid(self.frame, self.wi);
+        F::only(valid, self.shaded.find(map).0)
+    }
 }
 
 /// Directions whose numbers are put in order together.

@@ -11,7 +11,7 @@ use crate::brdf::material::{Kind, MAX_LOBES, Material, Shape};
 use crate::brdf::phong::Phong;
 use crate::brdf::surface::Surface;
 use crate::numeric::{ONE_MINUS_EPSILON, max, min};
-use crate::simd::Num;
+use crate::simd::{Apart, Num};
 
 /// How much of a product's numbers draws from narrow lobes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -191,7 +191,7 @@ impl<'a> Peak<'a> {
     /// Densities of directions of map space.
     #[inline(always)]
     pub fn density<F: Num>(&self, d: [F; 3]) -> F {
-        F::apart(move || self.density_here(d))
+        F::apart(PeakDensity { peak: self, d })
     }
 
     #[inline(always)]
@@ -215,7 +215,7 @@ impl<'a> Peak<'a> {
     /// Directions of map space; the first number chooses the lobe, too.
     #[inline(always)]
     pub fn sample<F: Num>(&self, u: [F; 2]) -> [F; 3] {
-        F::apart(move || self.sample_here(u))
+        F::apart(SamplePeak { peak: self, u })
     }
 
     #[inline(always)]
@@ -245,5 +245,33 @@ impl<'a> Peak<'a> {
             wi[0] * t[1] + wi[1] * b[1] + wi[2] * n[1],
             wi[0] * t[2] + wi[1] * b[2] + wi[2] * n[2],
         ]
+    }
+}
+
+struct PeakDensity<'a, F: Num> {
+    peak: &'a Peak<'a>,
+    d: [F; 3],
+}
+
+impl<F: Num> Apart<F> for PeakDensity<'_, F> {
+    type Output = F;
+
+    #[inline(always)]
+    fn run(self) -> F {
+        self.peak.density_here(self.d)
+    }
+}
+
+struct SamplePeak<'a, F: Num> {
+    peak: &'a Peak<'a>,
+    u: [F; 2],
+}
+
+impl<F: Num> Apart<F> for SamplePeak<'_, F> {
+    type Output = [F; 3];
+
+    #[inline(always)]
+    fn run(self) -> [F; 3] {
+        self.peak.sample_here(self.u)
     }
 }

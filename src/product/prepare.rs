@@ -11,7 +11,7 @@ use super::stored::{
 };
 use crate::blob::{Magic, take};
 use crate::brdf::point::Point;
-use crate::brdf::surface::{EachLobe, Surface};
+use crate::brdf::surface::Surface;
 use crate::brdf::vector::dot;
 use crate::light::environment::Environment;
 use crate::light::guide::{self, Column, Columns, Guide, MAX_CELLS, MAX_CORNERS, Short, read};
@@ -335,21 +335,15 @@ impl Cone {
     }
 }
 
-/// Evaluates the luminance of BRDF x cosine in directions of map space, a whole number of groups and at most [`MAX_CORNERS`]; below the
-/// horizon of a hemisphere it goes on with negative sign, as if mirrored.
+/// Evaluates the luminance of BRDF x cosine in directions of map space, a whole number of lanes of them; below the horizon of a
+/// hemisphere it goes on with negative sign, as if mirrored.
 ///
 /// A cell that crosses the horizon would otherwise waste samples below: interpolation between corners that are clamped at 0
 /// reaches 0 at the lower corners only.
 struct Respond<'a> {
     surface: &'a Surface,
     cone: &'a Cone,
-    /// See [`Surface::diffuse`]; `None` if normals may turn.
-    diffuse: Option<f32>,
-    /// What values are multiplied by: twice, since once might leave the range of floats.
-    scale: [f32; 2],
     directions: [&'a [Short]; 3],
-    /// Whether directions are raised by the cone.
-    raises: bool,
     out: &'a mut [f32],
 }
 
@@ -357,68 +351,41 @@ impl<F: Num> Apart<F> for Respond<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run(mut self) {
-        if let Some(albedo) = self.diffuse {
-            let normal = self.surface.normal();
-            self.replace::<F>(|_, direction| dot(direction, normal) * albedo, true);
+    fn run(self) {
+        let Respond { surface, cone, directions: [x, y, z], out } = self;
+        let width = F::WIDTH;
+        let groups = x.chunks_exact(width).zip(y.chunks_exact(width)).zip(z.chunks_exact(width));
+        let groups = groups.zip(out.chunks_exact_mut(width));
+        if let Some(albedo) = surface.diffuse().filter(|_| cone.sine == 0.0) {
+            for (((x, y), z), out) in groups {
+                let cosine = dot([read::<F>(x), read::<F>(y), read::<F>(z)], surface.normal());
+                out.copy_from_slice((cosine * albedo).store().as_ref());
+            }
             return;
         }
-        let surface = self.surface;
-        surface.each_lobe::<F>(&mut Lobes { respond: &mut self, is_first: true });
-        if self.cone.sine != 0.0 && !self.raises {
-            let mut raised = [0.5; MAX_CORNERS];
-            let out = raised.get_mut(..self.out.len()).unwrap_or_default();
-            F::apart(Respond { out, raises: true, ..self });
-            for (out, raised) in self.out.chunks_exact_mut(F::WIDTH).zip(raised.chunks_exact(F::WIDTH)) {
-                F::read(out).max(F::read(raised)).write(out, 0);
+        for (((x, y), z), out) in groups {
+            let mut w = surface.to_local([read::<F>(x), read::<F>(y), read::<F>(z)]);
+            let mut value = F::splat(f32::MIN);
+            // Once more if normals may turn: one loop, so that the lobes stand here once.
+            let mut again = cone.sine != 0.0;
+            loop {
+                value = value.max(signed(surface, w));
+                if !again {
+                    break;
+                }
+                w = raised(cone, w);
+                again = false;
             }
+            out.copy_from_slice(value.store().as_ref());
         }
     }
 }
 
-impl Respond<'_> {
-    /// Replaces values of all directions.
-    #[inline(always)]
-    fn replace<F: Num>(&mut self, value: impl Fn(F, [F; 3]) -> F, is_last: bool) {
-        let scale = if is_last { self.scale } else { [1.0; 2] };
-        let [x, y, z] = self.directions;
-        let directions = x.chunks_exact(F::WIDTH).zip(y.chunks_exact(F::WIDTH)).zip(z.chunks_exact(F::WIDTH));
-        for (((x, y), z), out) in directions.zip(self.out.chunks_exact_mut(F::WIDTH)) {
-            let value = value(F::read(out), [read(x), read(y), read(z)]);
-            (value * scale[0] * scale[1]).write(out, 0);
-        }
-    }
-}
-
-/// Values of lobe after lobe.
-struct Lobes<'a, 'b> {
-    respond: &'a mut Respond<'b>,
-    is_first: bool,
-}
-
-impl<F: Num> EachLobe<F> for Lobes<'_, '_> {
-    #[inline(always)]
-    fn lobe(&mut self, is_last: bool, value: impl Fn([F; 3]) -> F) {
-        let Respond { surface, raises, .. } = *self.respond;
-        // Copies: they are not read again for each register.
-        let (cone, [t, b, n], whole) = (*self.respond.cone, surface.axes(), surface.is_whole());
-        let (is_first, cosine_included) = (self.is_first, surface.cosine_included());
-        self.is_first = false;
-        let add = |sum: F, d: [F; 3]| {
-            let mut w = [dot(d, t), dot(d, b), dot(d, n)];
-            if raises {
-                w = raised(&cone, w);
-            }
-            let up = if whole { w[2] } else { w[2].abs() };
-            let sum = if is_first { F::splat(0.0) } else { sum } + value([w[0], w[1], up]);
-            if !is_last {
-                return sum;
-            }
-            let value = Surface::finish(sum, if cosine_included { F::splat(1.0) } else { up.abs() });
-            if whole { value } else { value.copysign(w[2]) }
-        };
-        self.respond.replace::<F>(add, is_last);
-    }
+#[inline(always)]
+fn signed<F: Num>(surface: &Surface, [x, y, z]: [F; 3]) -> F {
+    let whole = surface.is_whole();
+    let value = surface.value([x, y, if whole { z } else { z.abs() }]);
+    if whole { value } else { value.copysign(z) }
 }
 
 /// A direction turned towards the normal by the cone's half-angle, at most onto it: so the cosine is that to the nearest normal of
@@ -644,8 +611,6 @@ struct Stage<'a> {
     guide: Guide<'a>,
     surface: &'a Surface,
     cone: &'a Cone,
-    /// See [`Surface::diffuse`]; `None` if normals may turn.
-    diffuse: Option<f32>,
     /// The mirror direction, in map space; 0 if no lobe is narrow.
     peak: [f32; 3],
     /// The share of numbers that draws from narrow lobes.
@@ -743,13 +708,11 @@ impl<'a> Stage<'a> {
         work: &'a mut Work,
     ) -> Stage<'a> {
         let smoothness = Smoothness::of(surface, from_peak);
-        let diffuse = surface.diffuse().filter(|_| cone.sine == 0.0);
         let (closer, scale) = ([0; CLOSER], [1.0; 2]);
         Stage {
             guide,
             surface,
             cone,
-            diffuse,
             peak,
             from_peak,
             varies: false,
@@ -767,10 +730,11 @@ impl<'a> Stage<'a> {
     #[inline(always)]
     fn evaluate<F: Num>(&mut self) -> f64 {
         let zero = F::splat(0.0);
-        let Stage { surface, cone, diffuse, scale, .. } = *self;
-        let values = self.work.values.as_flattened_mut().get_mut(..self.guide.corners()).unwrap_or_default();
-        let directions = self.guide.corner_directions();
-        F::apart(Respond { surface, cone, diffuse, scale, directions, raises: false, out: values });
+        let Stage { surface, cone, .. } = *self;
+        let corners = self.guide.corners();
+        let values = self.work.values.as_flattened_mut();
+        F::apart(Respond { surface, cone, directions: self.guide.corner_directions(), out: values });
+        let values = values.get_mut(..corners).unwrap_or_default();
         let mut largest = zero;
         for group in values.chunks_exact(F::WIDTH) {
             largest = largest.max(F::read(group));
@@ -849,29 +813,14 @@ impl<'a> Stage<'a> {
         }
     }
 
-    /// F at the middles of the parts of a group of cells, evaluated together.
+    /// F at the middles of the parts of a cell.
     #[inline(always)]
-    fn hold_group<F: Num>(&self, cells: &[u32], divided: &mut [Divided]) {
-        let (mut directions, mut values) = ([[[1; MIDDLES]; GROUP]; 3], [[0.5; MIDDLES]; GROUP]);
-        let [x, y, z] = &mut directions;
-        for (((&cell, x), y), z) in cells.iter().zip(x).zip(y).zip(z) {
-            for (out, middles) in [x, y, z].into_iter().zip(self.guide.middles(cell as usize)) {
-                *out = *middles.first_chunk().unwrap_or(&[1; MIDDLES]);
-            }
+    fn middles<F: Num>(&self, cell: u32, out: &mut [f32]) {
+        let Stage { surface, cone, .. } = *self;
+        F::apart(Respond { surface, cone, directions: self.guide.middles(cell as usize), out });
+        for out in out.chunks_exact_mut(F::WIDTH) {
+            out.copy_from_slice((F::read(out) * self.scale[0] * self.scale[1]).store().as_ref());
         }
-        let [x, y, z] = &directions;
-        let values_of = values.as_flattened_mut().get_mut(..MIDDLES * cells.len()).unwrap_or_default();
-        self.respond::<F>([x.as_flattened(), y.as_flattened(), z.as_flattened()], values_of);
-        for (divided, values) in divided.iter_mut().zip(values) {
-            held_mut(divided).copy_from_slice(&values);
-        }
-    }
-
-    /// F in directions.
-    #[inline(always)]
-    fn respond<F: Num>(&self, directions: [&[Short]; 3], out: &mut [f32]) {
-        let Stage { surface, cone, diffuse, scale, .. } = *self;
-        F::apart(Respond { surface, cone, diffuse, scale, directions, raises: false, out });
     }
 
     /// Whether a lobe that varies inside the parts of a cell mirrors into it, or beside it.
@@ -918,13 +867,19 @@ impl<'a> Stage<'a> {
             }
         }
         let directions = directions.map(|axis| axis.map(|steps| steps.map(|step| step as Short)));
-        self.respond::<F>(directions.each_ref().map(|axis| axis.as_flattened()), out.as_flattened_mut());
+        let directions = directions.each_ref().map(|axis| axis.as_flattened());
+        let Stage { surface, cone, .. } = *self;
+        F::apart(Respond { surface, cone, directions, out: out.as_flattened_mut() });
+        for out in out.as_flattened_mut().chunks_exact_mut(F::WIDTH) {
+            out.copy_from_slice((F::read(out) * self.scale[0] * self.scale[1]).store().as_ref());
+        }
     }
 
     /// Weighs cells again by F where their light is, since interpolation between corners may have missed it.
     #[inline(always)]
     fn look_closer<F: Num>(&mut self) {
         let looked_at: &[usize] = if self.peak != [0.0; 3] { &LOOKED_AT_IF_NARROW } else { &LOOKED_AT };
+        let scale = self.scale;
         for cells in self.closer.get(..self.count).unwrap_or(&[]).chunks(GROUP) {
             let mut directions = [[[1; GROUP]; MOST_LOOKED_AT]; 3];
             for (lane, &cell) in cells.iter().enumerate() {
@@ -937,13 +892,14 @@ impl<'a> Stage<'a> {
             }
             let mut values = [[0.5; GROUP]; MOST_LOOKED_AT];
             let count = looked_at.len() * GROUP;
-            let directions = directions.each_ref().map(|of| of.as_flattened().get(..count).unwrap_or(&[]));
-            self.respond::<F>(directions, values.as_flattened_mut());
+            let [x, y, z] = directions.each_ref().map(|of| of.as_flattened().get(..count).unwrap_or(&[]));
+            let Stage { surface, cone, .. } = *self;
+            F::apart(Respond { surface, cone, directions: [x, y, z], out: values.as_flattened_mut() });
             let mut largest = [0.0; GROUP];
             for first in places::<F>() {
                 let all = values.iter().take(looked_at.len());
                 let most = all.fold(F::splat(0.0), |most, values| most.max(F::at(values, first)));
-                most.write(&mut largest, first);
+                (most * scale[0] * scale[1]).write(&mut largest, first);
             }
             for (&cell, value) in cells.iter().zip(largest) {
                 let own = self.work.weights.get(cell as usize).copied().unwrap_or(0.0);
@@ -987,19 +943,17 @@ impl<'a> Stage<'a> {
             *last = [0; 4];
         }
         let mut any_wasted = 0;
-        let groups = cells.chunks(GROUP).zip(divided.chunks_mut(GROUP)).zip(borders.chunks_mut(GROUP * QUADS));
-        for ((cells, divided), borders) in groups {
-            self.hold_group::<F>(cells, divided);
-            for ((&cell, divided), borders) in cells.iter().zip(divided).zip(borders.chunks_exact_mut(QUADS)) {
-                let least = F::splat(self.least(cell));
-                for middles in held(divided).chunks_exact(F::WIDTH) {
-                    any_wasted |= F::bits(is_wasted::<F>(F::read(middles), least));
-                }
-                let steps = self.guide.steps(cell as usize);
-                let [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o] = *steps;
-                if let Some(out) = borders.first_chunk_mut() {
-                    *out = [[a, b, c, 0], [d, e, f, 0], [g, h, i, 0], [j, k, l, 0], [m, n, o, 0]];
-                }
+        for ((&cell, divided), borders) in cells.iter().zip(&mut *divided).zip(borders.chunks_exact_mut(QUADS)) {
+            let middles = held_mut(divided);
+            self.middles::<F>(cell, middles);
+            let least = F::splat(self.least(cell));
+            for middles in middles.chunks_exact(F::WIDTH) {
+                any_wasted |= F::bits(is_wasted::<F>(F::read(middles), least));
+            }
+            let steps = self.guide.steps(cell as usize);
+            let [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o] = *steps;
+            if let Some(out) = borders.first_chunk_mut() {
+                *out = [[a, b, c, 0], [d, e, f, 0], [g, h, i, 0], [j, k, l, 0], [m, n, o, 0]];
             }
         }
         if any_wasted == 0 { 0.0 } else { self.wasted::<F>(cells, divided) }
@@ -1078,11 +1032,11 @@ impl<'a> Stage<'a> {
 /// The shares of a cell's numbers that its parts have.
 #[inline(always)]
 fn areas(borders: &Borders) -> [f32; MIDDLES] {
+    let (rows, columns) = borders.split_at(PARTS - 1);
     let mut areas = [0.5; MIDDLES];
-    let mut all = borders.chunks_exact(PARTS - 1).map(|of| widths(of.first_chunk().copied().unwrap_or_default()));
-    let rows = all.next().unwrap_or_default().into_iter().zip(all);
-    for (out, (height, widths)) in areas.chunks_exact_mut(PARTS).zip(rows) {
-        out.iter_mut().zip(widths).for_each(|(out, width)| *out = height * width);
+    let rows = widths(rows).into_iter().zip(columns.chunks_exact(PARTS - 1));
+    for (out, (height, columns)) in areas.chunks_exact_mut(PARTS).zip(rows) {
+        out.iter_mut().zip(widths(columns)).for_each(|(out, width)| *out = height * width);
     }
     areas
 }

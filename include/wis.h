@@ -120,7 +120,7 @@ uint32_t wis_version(void);
 #define WIS_ENVIRONMENT_LIGHT_ONLY 16
 
 /// Only rays will be drawn with it: no exact tables. 1.3 MB for a map of 1024 x 512, in half the time; wis_sample, wis_pdf, wis_invert,
-/// wis_product_prepare and wis_check answer WIS_NOT_BUILT, with the field `flags`.
+/// wis_product_prepare and wis_check answer WIS_NOT_BUILT, with the field `flags`. A library without products and checks sets it.
 #define WIS_ENVIRONMENT_RAYS_ONLY 64
 
 #define WIS_ENVIRONMENT_ABSOLUTE 32 /**< Negative channels count by their size instead of as 0: pdf > 0 wherever |L| > 0. */

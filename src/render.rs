@@ -99,7 +99,7 @@ impl<'p> Map<'p> {
     }
 
     fn plan(&self) -> Result<Plan> {
-        Plan::new(&Description {
+        let of = Description {
             layout: self.layout,
             width: self.width,
             height: self.height,
@@ -110,8 +110,8 @@ impl<'p> Map<'p> {
             light_only: self.light_only,
             rays_only: self.rays_only,
             budget: self.error_budget,
-        })
-        .map_err(|error| error.status)
+        };
+        Plan::new(&of.as_read()).map_err(|error| error.status)
     }
 
     /// What a build takes: bytes of the environment, exactly without an error budget and at most with one, and of scratch memory.

@@ -69,8 +69,8 @@ fn shared() -> Lengths {
 pub fn full_lengths(plan: &Plan) -> Lengths {
     (0..plan.cells()).fold(shared(), |sum, index| {
         let tiles = Lengths { groups: map::full_groups(plan, index), ..Lengths::default() };
-        let exact = CellBlocks::new(plan, index, 0).full(plan);
-        sum.plus(if plan.of.rays_only { Lengths::default() } else { exact }).plus(tiles)
+        let exact = if plan.of.is_exact() { CellBlocks::new(plan, index, 0).full(plan) } else { Lengths::default() };
+        sum.plus(exact).plus(tiles)
     })
 }
 
@@ -92,7 +92,7 @@ impl Plan {
 
 /// The blocks of cell `index` before they are doubled, and those of all cells before it.
 pub fn block_range(plan: &Plan, index: u32) -> (usize, usize) {
-    let count = |index: u32| if plan.of.rays_only { 0 } else { CellBlocks::new(plan, index, 0).count() };
+    let count = |index: u32| if plan.of.is_exact() { CellBlocks::new(plan, index, 0).count() } else { 0 };
     ((0..index).map(count).sum(), count(index))
 }
 
@@ -105,7 +105,7 @@ pub fn weights(plan: &Plan, weights: &mut [[f64; 2]]) {
 
 /// The second pass, for a cell.
 pub fn choose_cell(texels: &Texels<'_>, index: u32, steps: &mut [Steps], tile_steps: &mut [u8]) -> CellWork {
-    let work = if texels.plan.of.rays_only { CellWork::default() } else { choose(texels, index, steps) };
+    let work = if texels.plan.of.is_exact() { choose(texels, index, steps) } else { CellWork::default() };
     let groups = map::choose(&Texels { plan: &texels.plan.plain(), ..*texels }, index, tile_steps);
     CellWork { lengths: Lengths { groups, ..work.lengths }, ..work }
 }
@@ -164,7 +164,7 @@ impl Passed<'_> {
         let single: &mut [f32] = Part::at(sections.starts, SINGLE.len() as u64).of_mut(bytes);
         single.iter_mut().zip(SINGLE).for_each(|(out, start)| *out = start);
         let mut power = 4.0 * PI * totals.mean;
-        if !plan.of.rays_only {
+        if plan.of.is_exact() {
             for k in 0..2 {
                 let small = plan.small_blocks(k);
                 let of: &mut [u8] = Part::at(sections.cell_of[k], small.into()).of_mut(bytes);
@@ -236,7 +236,7 @@ impl Passed<'_> {
 /// Writes the guide of an environment whose tables are complete.
 fn write_guide(plan: &Plan, start: u64, bytes: &mut [u8], room: &mut [f32]) {
     let (faces, length) = (plan.chart.faces(), environment::guide_length(plan) as u64);
-    if length == 0 {
+    if length == 0 || !plan.of.is_exact() {
         return;
     }
     write_corners(plan, Part::at(start, length), bytes);

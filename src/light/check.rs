@@ -11,7 +11,7 @@ pub fn is_sound(environment: &Environment<'_>) -> bool {
     let Some(plan) = environment.sound_plan() else { return false };
     let light = environment.light();
     let rays = super::map::is_sound(&plan, &light) && super::strata::are_sound(&light);
-    if !rays || plan.of.rays_only {
+    if !rays || !plan.of.is_exact() {
         return rays;
     }
     let columns = plan.grid[0] as usize;

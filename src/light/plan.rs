@@ -13,6 +13,9 @@ pub const BLOCK_SIDE: u32 = 4;
 /// the polar angle is a parabola inside each.
 const FEWEST: [u32; 2] = [16, 32];
 
+/// Whether anything in this library reads exact tables.
+const EXACT: bool = cfg!(any(feature = "products", feature = "checks"));
+
 /// How the renderer looks a map up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Filter {
@@ -62,6 +65,17 @@ impl Description {
             rays_only: false,
             budget,
         }
+    }
+
+    /// The same as far as this library reads it: without products and checks nobody reads exact tables, and none are built.
+    pub fn as_read(self) -> Description {
+        Description { rays_only: self.rays_only || !EXACT, ..self }
+    }
+
+    /// Whether exact tables are built and read.
+    #[inline(always)]
+    pub fn is_exact(&self) -> bool {
+        EXACT && !self.rays_only
     }
 
     fn switches(&mut self) -> [&mut bool; 5] {

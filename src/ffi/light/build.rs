@@ -249,7 +249,7 @@ impl<'r> Build<'r> {
                     map::write(&Texels { plan: &plain, ..texels }, &piece, words);
                 }
                 let mut cell_light = 0.0;
-                if !plan.of.rays_only {
+                if plan.of.is_exact() {
                     let parts = CellTables {
                         offset,
                         starts: tables.part_mut(table(places.starts), starts.0, starts.1),

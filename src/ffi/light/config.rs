@@ -41,7 +41,7 @@ pub const WIS_ENVIRONMENT_SANITISE: u32 = 8;
 /// No products will be prepared with it, nor shared by hits: 21 kB less. wis_product_prepare answers WIS_NOT_BUILT.
 pub const WIS_ENVIRONMENT_LIGHT_ONLY: u32 = 16;
 /// Only rays will be drawn with it: no exact tables. 1.3 MB for a map of 1024 x 512, in half the time; wis_sample, wis_pdf, wis_invert,
-/// wis_product_prepare and wis_check answer WIS_NOT_BUILT, with the field `flags`.
+/// wis_product_prepare and wis_check answer WIS_NOT_BUILT, with the field `flags`. A library without products and checks sets it.
 pub const WIS_ENVIRONMENT_RAYS_ONLY: u32 = 64;
 /// Negative channels count by their size instead of as 0: pdf > 0 wherever |L| > 0.
 pub const WIS_ENVIRONMENT_ABSOLUTE: u32 = 32;
@@ -132,7 +132,7 @@ impl Request {
         let budget = if error_budget == 0.0 { 0.0 } else { error_budget };
         let of = Description::new(*layout, [width, height], filter, budget).switched(flags, SWITCHES);
         let pixels = Pixels { channels, format, sanitise, absolute };
-        Ok(Request { plan: Plan::new(&of)?, pixels, frame: Frame::IDENTITY, flags })
+        Ok(Request { plan: Plan::new(&of.as_read())?, pixels, frame: Frame::IDENTITY, flags })
     }
 
     /// Bytes of a row of texels.

@@ -1,7 +1,7 @@
 //! Version 0.2 of the library beside the current one, in one process: the shared library that scripts/earlier.sh built from the history,
-//! if it is there. The structs are those of its own header, so that fields of the current one may have other names and others may follow.
+//! if it is there. Its structs are the current ones, or begin them.
 
-use crate::client::{Block, Result, check, raw};
+use crate::client::{Block, Result, check, raw, sized};
 use crate::environment::Map;
 use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
 use std::ffi::c_void;
@@ -13,95 +13,11 @@ pub const NAME: &str = "0.2";
 const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../build/0.2/lib/libwis.so");
 const VERSION: u32 = 512;
 
-#[repr(C)]
-#[derive(Default)]
-struct Size {
-    bytes: usize,
-    align: usize,
-    scratch_bytes: usize,
-}
-
-#[repr(C)]
-struct EnvironmentConfig {
-    size: u32,
-    layout: u32,
-    width: u32,
-    height: u32,
-    channels: u32,
-    format: u32,
-    filter: u32,
-    flags: u32,
-    error_budget: f32,
-    pixels: *const c_void,
-    row_stride: isize,
-    row: raw::wis_row_fn,
-    row_user: *mut c_void,
-    world_from_map: *const f32,
-}
-
-#[repr(C)]
-struct SamplerConfig {
-    size: u32,
-    cpu_level: u32,
-    rays: u32,
-    candidates_per_ray: u32,
-    hits_per_pixel: u32,
-    reserved: u32,
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Default)]
-struct Lobe {
-    kind: u32,
-    a: f32,
-    b: f32,
-    eta: f32,
-}
-
-#[repr(C)]
-#[derive(Default)]
-struct Material {
-    size: u32,
-    lobe_count: u32,
-    lobe: [Lobe; 4],
-    hash: u64,
-}
-
-#[repr(C)]
-struct Point {
-    size: u32,
-    flags: u32,
-    material: *const Material,
-    normal: [f32; 3],
-    tangent: [f32; 3],
-    wo: [f32; 3],
-    weight: [[f32; 3]; 4],
-    f0: [[f32; 3]; 4],
-    seed: u32,
-    turn: u32,
-    stream: u32,
-    visibility_key: u32,
-    visibility: *mut c_void,
-    target: *const c_void,
-    target_user: *mut c_void,
-}
-
-/// A direction, and the weight of a ray or the pdf of a sample.
-#[repr(C)]
-#[derive(Clone, Copy, Default)]
-pub struct Ray {
-    pub wi: [f32; 3],
-    pub weight: f32,
-}
-
-#[repr(C)]
-#[derive(Default)]
-struct ProductConfig {
-    size: u32,
-    flags: u32,
-    divided_cells: u32,
-    cone: f32,
-}
+/// The bytes of its wis_point: portals came later, and their number stands where it had padding.
+const POINT: usize = std::mem::offset_of!(raw::wis_point, portals);
+const _: () = assert!(POINT == 192 && std::mem::offset_of!(raw::wis_point, visibility) == 168);
+const _: () = assert!(size_of::<raw::wis_environment_config>() == 80 && size_of::<raw::wis_sampler_config>() == 24);
+const _: () = assert!(size_of::<raw::wis_material>() == 80 && size_of::<raw::wis_product_config>() == 16);
 
 macro_rules! calls {
     ($($name:ident: fn($($argument:ty),*);)*) => {
@@ -123,15 +39,15 @@ macro_rules! calls {
 type Void = *mut c_void;
 
 calls! {
-    environment_size: fn(*const EnvironmentConfig, *mut Size, Void);
-    environment_init: fn(*const EnvironmentConfig, Void, usize, Void, usize, *mut *const c_void, Void);
-    sampler_size: fn(*const SamplerConfig, *mut Size, Void);
-    sampler_init: fn(*const SamplerConfig, Void, usize, *mut Void, Void);
-    material_init: fn(*mut Material, Void);
-    direct: fn(Void, *const c_void, *const Point, u32, *const f32, *mut Ray, *mut u32);
-    product_size: fn(*const ProductConfig, *mut Size, Void);
-    product_prepare: fn(Void, *const c_void, *const ProductConfig, usize, *const Point, Void, usize, *mut usize, *mut usize);
-    sample: fn(Void, *const c_void, *const c_void, usize, *const f32, usize, *mut Ray, usize);
+    environment_size: fn(*const raw::wis_environment_config, *mut raw::wis_memory_size, Void);
+    environment_init: fn(*const raw::wis_environment_config, Void, usize, Void, usize, *mut *const c_void, Void);
+    sampler_size: fn(*const raw::wis_sampler_config, *mut raw::wis_memory_size, Void);
+    sampler_init: fn(*const raw::wis_sampler_config, Void, usize, *mut Void, Void);
+    material_init: fn(*mut raw::wis_material, Void);
+    direct: fn(Void, *const c_void, *const raw::wis_point, u32, *const f32, *mut raw::wis_ray, *mut u32);
+    product_size: fn(*const raw::wis_product_config, *mut raw::wis_memory_size, Void);
+    product_prepare: fn(Void, *const c_void, *const raw::wis_product_config, usize, *const raw::wis_point, Void, usize, *mut usize, *mut usize);
+    sample: fn(Void, *const c_void, *const c_void, usize, *const f32, usize, *mut raw::wis_drawn, usize);
     pdf: fn(Void, *const c_void, *const c_void, usize, *const f32, usize, *mut f32, usize);
 }
 
@@ -174,24 +90,7 @@ impl Environment {
     /// Those of the library.
     pub fn new(map: &Map) -> Result<Option<Environment>> {
         let Some(calls) = calls() else { return Ok(None) };
-        let of = map.config();
-        let config = EnvironmentConfig {
-            size: size_of::<EnvironmentConfig>() as u32,
-            layout: of.layout,
-            width: of.width,
-            height: of.height,
-            channels: of.channels,
-            format: of.format,
-            filter: of.filter,
-            flags: of.flags,
-            error_budget: of.error_budget,
-            pixels: of.pixels,
-            row_stride: of.row_stride,
-            row: of.row,
-            row_user: of.row_user,
-            world_from_map: of.world_from_map,
-        };
-        let mut size = Size::default();
+        let (config, mut size) = (map.config(), raw::wis_memory_size::default());
         // SAFETY: the pointers are to live values; the blocks are as long as they say.
         unsafe {
             check((calls.environment_size)(&config, &mut size, null_mut()))?;
@@ -216,8 +115,8 @@ impl Environment {
 pub struct Sampler {
     calls: &'static Calls,
     memory: Block,
-    material: Box<Material>,
-    rays: Vec<Ray>,
+    material: Box<raw::wis_material>,
+    rays: Vec<raw::wis_ray>,
     product: Block,
 }
 
@@ -228,21 +127,12 @@ impl Sampler {
     /// Those of the library.
     pub fn new(rays: usize, candidates: usize, hits: usize, lobes: &[raw::wis_lobe]) -> Result<Option<Sampler>> {
         let Some(calls) = calls() else { return Ok(None) };
-        let config = SamplerConfig {
-            size: size_of::<SamplerConfig>() as u32,
-            cpu_level: 0,
-            rays: rays as u32,
-            candidates_per_ray: candidates as u32,
-            hits_per_pixel: hits as u32,
-            reserved: 0,
-        };
-        let mut material = Box::new(Material { size: size_of::<Material>() as u32, ..Default::default() });
-        material.lobe_count = lobes.len() as u32;
-        for (own, lobe) in material.lobe.iter_mut().zip(lobes) {
-            *own = Lobe { kind: lobe.kind, a: lobe.a, b: lobe.b, eta: lobe.eta };
-        }
-        let products = ProductConfig { size: size_of::<ProductConfig>() as u32, ..Default::default() };
-        let (mut size, mut product) = (Size::default(), Size::default());
+        let [rays_of_call, candidates_per_ray, hits_per_pixel] = [rays, candidates, hits].map(|n| n as u32);
+        let config = sized!(wis_sampler_config { rays: rays_of_call, candidates_per_ray, hits_per_pixel });
+        let mut material = Box::new(sized!(wis_material { lobe_count: lobes.len() as u32 }));
+        material.lobe[..lobes.len()].copy_from_slice(lobes);
+        let products = sized!(wis_product_config {});
+        let (mut size, mut product) = (raw::wis_memory_size::default(), raw::wis_memory_size::default());
         // SAFETY: as in `Environment::new`.
         unsafe {
             check((calls.sampler_size)(&config, &mut size, null_mut()))?;
@@ -251,36 +141,28 @@ impl Sampler {
             let at = memory.start_mut();
             check((calls.sampler_init)(&config, at, memory.bytes(), &mut handle, null_mut()))?;
             check((calls.material_init)(&mut *material, null_mut()))?;
-            let rays = vec![Ray::default(); rays];
+            let rays = vec![raw::wis_ray::default(); rays];
             Ok(Some(Sampler { calls, memory, material, rays, product: Block::new(product.bytes) }))
         }
     }
 
-    fn point(&self, point: &raw::wis_point) -> Point {
-        Point {
-            size: size_of::<Point>() as u32,
-            flags: point.flags,
-            material: &*self.material,
-            normal: point.normal,
-            tangent: point.tangent,
-            wo: point.wo,
-            weight: point.weight,
-            f0: point.f0,
-            seed: point.seed,
-            turn: point.sample,
-            stream: point.bounce,
-            visibility_key: 0,
-            visibility: null_mut(),
-            target: null(),
-            target_user: null_mut(),
-        }
+    /// A point without what it has not.
+    fn point(&self, point: &raw::wis_point) -> raw::wis_point {
+        let (size, material, visibility_key, portal_count) = (POINT as u32, &raw const *self.material, 0, 0);
+        let (visibility, target, target_user) = (null_mut(), None, null_mut());
+        raw::wis_point { size, material, visibility_key, portal_count, visibility, target, target_user, ..*point }
     }
 
     /// The rays to trace at a point, at most `count`.
     ///
     /// # Errors
     /// Those of the library.
-    pub fn direct(&mut self, environment: &Environment, point: &raw::wis_point, count: usize) -> Result<&[Ray]> {
+    pub fn direct(
+        &mut self,
+        environment: &Environment,
+        point: &raw::wis_point,
+        count: usize,
+    ) -> Result<&[raw::wis_ray]> {
         let (point, mut rays) = (self.point(point), 0);
         assert!(count <= self.rays.len());
         let (own, light) = (self.memory.start_mut(), environment.memory.start());
@@ -297,7 +179,7 @@ impl Sampler {
     /// Those of the library.
     pub fn prepare(&mut self, environment: &Environment, point: &raw::wis_point) -> Result<()> {
         let (point, mut offset, mut used) = (self.point(point), 0, 0);
-        let config = ProductConfig { size: size_of::<ProductConfig>() as u32, ..Default::default() };
+        let config = sized!(wis_product_config {});
         let (own, light) = (self.memory.start_mut(), environment.memory.start());
         let (at, bytes) = (self.product.start_mut(), self.product.bytes());
         // SAFETY: as in `direct`; the block has the bytes of one product.
@@ -310,7 +192,7 @@ impl Sampler {
     ///
     /// # Errors
     /// Those of the library.
-    pub fn sample(&mut self, environment: &Environment, u: &[[f32; 2]], drawn: &mut [Ray]) -> Result<()> {
+    pub fn sample(&mut self, environment: &Environment, u: &[[f32; 2]], drawn: &mut [raw::wis_drawn]) -> Result<()> {
         assert!(u.len() == drawn.len());
         let (own, light, product) = (self.memory.start_mut(), environment.memory.start(), self.product.start());
         // SAFETY: as in `direct`; the arrays are of one length.

@@ -6,17 +6,25 @@ use glam::{DVec3, Vec2, Vec3};
 use std::fmt::Debug;
 use wide::CmpGt;
 
-/// A measured BRDF that can be sampled: one direction at a time in double precision, or eight.
+/// A measured BRDF that can be sampled: one direction at a time in double precision, or eight. Each of both follows from the other.
 pub trait Reflectance: Debug + Sync {
     fn name(&self) -> &str;
     /// About the roughness alpha of a GGX lobe of this width.
     fn roughness(&self) -> f64;
     /// BRDF x cosine of `wi`; 0 unless both directions are above the surface.
-    fn eval(&self, wo: DVec3, wi: DVec3) -> f64;
+    fn eval(&self, wo: DVec3, wi: DVec3) -> f64 {
+        one(self.eval_lanes(&self.view(wo), V8::splat(wi.as_vec3()), 1).0)
+    }
+
     /// A direction about in proportion to [`Reflectance::eval`]; below the surface where there is none.
-    fn sample(&self, wo: DVec3, u: [f64; 2]) -> DVec3;
+    fn sample(&self, wo: DVec3, u: [f64; 2]) -> DVec3 {
+        self.sample_lanes(&self.view(wo), u.map(|u| F8::splat(u as f32)), 1).get(0).as_dvec3()
+    }
+
     /// The pdf of [`Reflectance::sample`].
-    fn pdf(&self, wo: DVec3, wi: DVec3) -> f64;
+    fn pdf(&self, wo: DVec3, wi: DVec3) -> f64 {
+        one(self.eval_lanes(&self.view(wo), V8::splat(wi.as_vec3()), 1).1)
+    }
 
     /// What all evaluations and samples for one `wo` have in common.
     fn view(&self, wo: DVec3) -> View {
@@ -98,13 +106,7 @@ impl View {
     }
 }
 
-/// Value and pdf for one direction, of a BRDF that is written for lanes.
-pub fn eval_one(brdf: &dyn Reflectance, wo: DVec3, wi: DVec3) -> [f64; 2] {
-    let (value, pdf) = brdf.eval_lanes(&brdf.view(wo), V8::splat(wi.as_vec3()), 1);
-    [value, pdf].map(|lanes| f64::from(lanes.as_array_ref()[0]))
-}
-
-/// A sample of a BRDF that is written for lanes.
-pub fn sample_one(brdf: &dyn Reflectance, wo: DVec3, u: [f64; 2]) -> DVec3 {
-    brdf.sample_lanes(&brdf.view(wo), u.map(|u| F8::splat(u as f32)), 1).get(0).as_dvec3()
+/// The number in the first lane.
+fn one(lanes: F8) -> f64 {
+    f64::from(lanes.as_array_ref()[0])
 }

@@ -6,7 +6,7 @@
 
 use crate::grid::{Grid, Slices};
 use crate::lanes::{F8, V8, sin_cos_turn};
-use crate::reflectance::{self, Reflectance, View};
+use crate::reflectance::{Reflectance, View};
 use crate::warp::Warp;
 use anyhow::{Context, Result, bail, ensure};
 use glam::DVec3;
@@ -159,18 +159,6 @@ impl Reflectance for Measured {
         };
         let half = (1..900).map(|i| i as f32 * FRAC_PI_2 / 900.0).find(|&theta| at(theta) < 0.5 * at(0.0));
         f64::from(half.unwrap_or(FRAC_PI_2)) / 0.64
-    }
-
-    fn eval(&self, wo: DVec3, wi: DVec3) -> f64 {
-        reflectance::eval_one(self, wo, wi)[0]
-    }
-
-    fn sample(&self, wo: DVec3, u: [f64; 2]) -> DVec3 {
-        reflectance::sample_one(self, wo, u)
-    }
-
-    fn pdf(&self, wo: DVec3, wi: DVec3) -> f64 {
-        reflectance::eval_one(self, wo, wi)[1]
     }
 
     fn view(&self, wo: DVec3) -> View {

@@ -7,7 +7,7 @@
 use crate::cornell::Scattered;
 use crate::grid::{Grid, Slices};
 use crate::lanes::{F8, V8, sin_cos_turn, turn};
-use crate::reflectance::{self, Reflectance, View};
+use crate::reflectance::{Reflectance, View};
 use crate::warp::Warp;
 use glam::{DVec3, dvec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -88,18 +88,6 @@ impl Reflectance for Tabulated {
 
     fn roughness(&self) -> f64 {
         self.roughness
-    }
-
-    fn eval(&self, wo: DVec3, wi: DVec3) -> f64 {
-        reflectance::eval_one(self, wo, wi)[0]
-    }
-
-    fn sample(&self, wo: DVec3, u: [f64; 2]) -> DVec3 {
-        reflectance::sample_one(self, wo, u)
-    }
-
-    fn pdf(&self, wo: DVec3, wi: DVec3) -> f64 {
-        reflectance::eval_one(self, wo, wi)[1]
     }
 
     fn view(&self, wo: DVec3) -> View {

@@ -9,8 +9,7 @@ use super::quadrature::{Integral, Peak};
 use crate::client::{self, Brdf, Density, raw};
 use crate::environment::{Environment, Sampler};
 use crate::statistics::{chi_square, mean_and_error};
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use crate::threads::on_threads;
 
 /// Rule 33 of docs/design.md: the largest f L cos / (p I).
 pub const LARGEST: f64 = 50.0;
@@ -72,19 +71,8 @@ pub struct Bounded {
 
 /// Measures rows on all processors.
 pub fn measure(jobs: &[Job]) -> Vec<Bounded> {
-    let (next, rows) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
-    let work = || {
-        while let Some((index, job)) = Some(next.fetch_add(1, Ordering::Relaxed)).and_then(|i| Some((i, jobs.get(i)?)))
-        {
-            let row = Bounded { case: job.case.clone(), got: (job.measure)() };
-            rows.lock().expect("no thread panics").push((index, row));
-        }
-    };
-    let threads = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
-    std::thread::scope(|scope| (0..threads).for_each(|_| drop(scope.spawn(work))));
-    let mut rows = rows.into_inner().expect("no thread panics");
-    rows.sort_by_key(|(index, _)| *index);
-    rows.into_iter().map(|(_, row)| row).collect()
+    let row = |job: &Job| Ok(Bounded { case: job.case.clone(), got: (job.measure)() });
+    on_threads(jobs, row).expect("no row fails by itself")
 }
 
 /// What a client adds up, and where it is large.

@@ -6,7 +6,6 @@ use anyhow::Result;
 use std::cell::RefCell;
 use wis_ffi_tests::caches::{CACHES, COLD, RENDERER, SLOWER, WARM};
 use wis_ffi_tests::client::{self, Block, Density, raw};
-use wis_ffi_tests::earlier;
 use wis_ffi_tests::environment::{self, Light};
 use wis_ffi_tests::page::{Part, Table};
 use wis_ffi_tests::statistics::geometric;
@@ -109,7 +108,7 @@ fn product(lit: &Lit, batch: usize, rounds: usize) -> Result<[Times; 2]> {
     old.prepare(&lit.old, &point)?;
     let mut u = vec![[0.0; 2]; POINTS * BATCH];
     client::sobol(3, 0, &mut u)?;
-    let mut drawn = vec![earlier::Ray::default(); u.len()];
+    let mut drawn = vec![raw::wis_drawn::default(); u.len()];
     old.sample(&lit.old, &u, &mut drawn)?;
     let wi: Vec<[f32; 3]> = drawn.iter().map(|drawn| drawn.wi).collect();
     let (mut d, mut p) = ([[0.0; 3]; BATCH], [0.0; BATCH]);

@@ -134,7 +134,7 @@ impl World {
         let mut values = values.clone();
         let lacks = |values: &Values, name: &str| function.has(name) && values.iter().all(|value| value.0 != name);
         if lacks(&values, "memory") || lacks(&values, "scratch") {
-            self.call(&query(name), &values);
+            self.call(&function.size_query(), &values);
             let count = values
                 .iter()
                 .find(|value| value.0 == "count" && name.ends_with("_prepare"))
@@ -277,13 +277,6 @@ fn bits(scalar: Scalar, value: f64) -> u64 {
         Scalar::F64 => value.to_bits(),
         _ => value as u64,
     }
-}
-
-/// The query that tells how long the blocks of a call must be.
-fn query(name: &str) -> String {
-    let verbs = ["_init", "_begin", "_run", "_finish", "_prepare", "_lights", "_pick"];
-    let object = verbs.iter().find_map(|verb| name.strip_suffix(verb));
-    format!("{}_size", object.unwrap_or_else(|| panic!("{name} has no size query")))
 }
 
 /// Numbers in [0, 1) that follow from a seed.

@@ -171,6 +171,16 @@ impl Function {
         self.position(name).is_some()
     }
 
+    /// The query that tells how long the blocks of a call must be.
+    ///
+    /// # Panics
+    /// If there is none.
+    pub fn size_query(&self) -> String {
+        let verbs = ["_init", "_begin", "_run", "_finish", "_prepare", "_lights"];
+        let object = verbs.iter().find_map(|verb| self.name.strip_suffix(verb));
+        format!("{}_size", object.unwrap_or_else(|| panic!("{} has no size query", self.name)))
+    }
+
     /// Whether a parameter is declared like this.
     pub fn takes(&self, declaration: &str) -> bool {
         self.parameters.iter().any(|parameter| parameter.declaration == declaration)

@@ -51,7 +51,7 @@ impl Inputs {
             for (slot, word) in alarm::CASE.iter().zip([SEED, 0, number, index as u64]) {
                 slot.store(word, Ordering::Relaxed);
             }
-            if !row.is_possible(&self.world.pool) {
+            if !row.is_possible(&self.world) {
                 continue;
             }
             random::feed(decisions);

@@ -30,7 +30,7 @@ pub struct Words {
 /// Plays an epoch up to a case.
 pub fn play(world: &mut World, words: &Words, tally: &mut Tally, verbose: bool) -> Result<()> {
     let &Words { seed, epoch, number: last_number, rows } = words;
-    let known = ROWS.get(..rows).unwrap_or(ROWS);
+    let known = ROWS.get(..rows).unwrap_or(&ROWS);
     let mut random = Random(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ epoch << 20);
     world.begin(&mut random);
     let shares: Vec<&Row> = known.iter().flat_map(|row| std::iter::repeat_n(row, row.share)).collect();
@@ -38,7 +38,7 @@ pub fn play(world: &mut World, words: &Words, tally: &mut Tally, verbose: bool) 
         let first = number as usize / ROUNDS < known.len();
         let row = if first { &known[number as usize % known.len()] } else { random.pick(&shares) };
         let case_random = Random(random.bits());
-        if !row.is_possible(&world.pool) {
+        if !row.is_possible(world) {
             continue;
         }
         let index = ROWS.iter().position(|other| other.name == row.name).unwrap_or(0);

@@ -5,7 +5,6 @@ use crate::header::{Layout, Parameter, Scalar};
 use crate::memory::CAPACITY;
 use crate::pool::{KINDS, Object, corrupt};
 use crate::random::Random;
-use crate::rows;
 use crate::structs;
 
 /// The most elements of arrays.
@@ -269,8 +268,7 @@ fn block(case: &mut Case, name: &str) -> u64 {
         return case.give_packed(role, &bytes, &layout);
     }
     if case.sizes.is_none() {
-        let query = rows::of(&case.function.name).size.unwrap_or_else(|| panic!("{} has no size", case.function.name));
-        case.sizes = Some(case.query(query).unwrap_or([4096, 4096]));
+        case.sizes = Some(case.query(&case.function.size_query()).unwrap_or([4096, 4096]));
     }
     let [mut bytes, scratch] = case.sizes.unwrap_or_default();
     if case.function.name.ends_with("product_prepare") {

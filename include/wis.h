@@ -119,8 +119,9 @@ uint32_t wis_version(void);
 /// No products will be prepared with it, nor shared by hits: 21 kB less. wis_product_prepare answers WIS_NOT_BUILT.
 #define WIS_ENVIRONMENT_LIGHT_ONLY 16
 
-/// Only rays will be drawn with it: no exact tables. 1.3 MB for a map of 1024 x 512, in half the time; wis_sample, wis_pdf, wis_invert,
-/// wis_product_prepare and wis_check answer WIS_NOT_BUILT, with the field `flags`. A library without products and checks sets it.
+/// Only rays will be drawn with it: no exact tables. 1.1 to 2.1 MB for a map of 1024 x 512, in half the time; wis_sample, wis_pdf,
+/// wis_invert, wis_product_prepare and wis_check answer WIS_NOT_BUILT, with the field `flags`. A library without products and checks sets
+/// it.
 #define WIS_ENVIRONMENT_RAYS_ONLY 64
 
 #define WIS_ENVIRONMENT_ABSOLUTE 32 /**< Negative channels count by their size instead of as 0: pdf > 0 wherever |L| > 0. */
@@ -170,14 +171,15 @@ typedef struct wis_environment_info {
 } wis_environment_info;
 
 /// Measures the memory of a build: bytes of the environment, at most, and bytes of scratch memory. What was built says how many of them it
-/// uses. A map of 1024 x 512 needs 3.7 MB (WIS_FILTER_NEAREST: 2.5 MB) and 2.4 MB of scratch. Reads no pixels. Costs 15 us. Work: constant.
+/// uses. A map of 1024 x 512 needs 4.5 MB (WIS_FILTER_NEAREST: 3.3 MB), of which 3.5 to 4.5 are used, and 2.4 MB of scratch. Reads no
+/// pixels. Costs 15 us. Work: constant.
 enum wis_status wis_environment_size(const struct wis_environment_config *config, struct wis_memory_size *size,
     struct wis_diagnostic *diagnostic);
 
 /// Builds an environment on one thread. `memory`: where the environment goes; a multiple of 64 as its address makes look-ups from cold
 /// caches cheaper. `scratch`: may be freed afterwards. `environment` receives the handle, which is the address of `memory`.
 /// WIS_INVALID_TEXEL: the diagnostic names column and row. WIS_MEMORY_TOO_SMALL: the diagnostic tells the bytes that are needed; an error
-/// budget needs fewer than wis_environment_size says. A map of 1024 x 512 RGB floats costs 15 to 40 ms, a budget 0.1 s more. Work: texels.
+/// budget needs fewer than wis_environment_size says. A map of 1024 x 512 RGB floats costs 15 to 110 ms, a budget 0.1 s more. Work: texels.
 enum wis_status wis_environment_init(const struct wis_environment_config *config, void *memory, size_t bytes, void *scratch,
     size_t scratch_bytes, const struct wis_environment **environment, struct wis_diagnostic *diagnostic);
 

@@ -66,7 +66,7 @@ pub(super) unsafe fn exact<'a>(pointer: *const EnvironmentObject, argument: u32)
 }
 
 /// Measures the memory of a build: bytes of the environment, at most, and bytes of scratch memory. What was built says how many of them
-/// it uses. A map of 1024 x 512 needs 3.7 MB (WIS_FILTER_NEAREST: 2.5 MB) and 2.4 MB of scratch. Reads no pixels.
+/// it uses. A map of 1024 x 512 needs 4.5 MB (WIS_FILTER_NEAREST: 3.3 MB), of which 3.5 to 4.5 are used, and 2.4 MB of scratch. Reads no pixels.
 /// Costs 15 us. Work: constant.
 ///
 /// # Safety
@@ -87,7 +87,7 @@ pub unsafe extern "C" fn wis_environment_size(
 /// Builds an environment on one thread. `memory`: where the environment goes; a multiple of 64 as its address makes look-ups
 /// from cold caches cheaper. `scratch`: may be freed afterwards. `environment` receives the handle, which is the address of
 /// `memory`. WIS_INVALID_TEXEL: the diagnostic names column and row. WIS_MEMORY_TOO_SMALL: the diagnostic tells the bytes that
-/// are needed; an error budget needs fewer than wis_environment_size says. A map of 1024 x 512 RGB floats costs 15 to 40 ms,
+/// are needed; an error budget needs fewer than wis_environment_size says. A map of 1024 x 512 RGB floats costs 15 to 110 ms,
 /// a budget 0.1 s more. Work: texels.
 ///
 /// # Safety

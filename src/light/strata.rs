@@ -22,9 +22,9 @@ use bytemuck::{Pod, Zeroable};
 use core::f64::consts::PI;
 
 /// The most strata of a light.
-pub const MOST: usize = 16384;
+pub const MOST: usize = 65536;
 /// How many there may be: the fewest that follow the light well enough.
-const COUNTS: [usize; 4] = [256, 1024, 4096, MOST];
+const COUNTS: [usize; 5] = [256, 1024, 4096, 16384, MOST];
 /// The second moment of p^ / p that is well enough, above 1. An error budget allows as much as itself besides.
 const GOAL: f32 = 0.025;
 
@@ -71,8 +71,8 @@ pub const MOST_PARTS: usize = 16;
 
 /// Faces of a chart, at most.
 const FACES: usize = 6;
-/// Nodes of a grid that wait: the smaller one of two goes first, and none has more strata than a group, 256 at the most.
-const WAITING: usize = 9;
+/// Nodes of a grid that wait: the smaller one of two goes first, and none has more strata than a group.
+const WAITING: usize = (MOST / MOST_TOGETHER).ilog2() as usize + 1;
 
 /// What an environment says of its texel map and strata.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]

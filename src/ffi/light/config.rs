@@ -40,7 +40,7 @@ pub const WIS_ENVIRONMENT_SANITISE: u32 = 8;
 
 /// No products will be prepared with it, nor shared by hits: 21 kB less. wis_product_prepare answers WIS_NOT_BUILT.
 pub const WIS_ENVIRONMENT_LIGHT_ONLY: u32 = 16;
-/// Only rays will be drawn with it: no exact tables. 1.3 MB for a map of 1024 x 512, in half the time; wis_sample, wis_pdf, wis_invert,
+/// Only rays will be drawn with it: no exact tables. 1.1 to 2.1 MB for a map of 1024 x 512, in half the time; wis_sample, wis_pdf, wis_invert,
 /// wis_product_prepare and wis_check answer WIS_NOT_BUILT, with the field `flags`. A library without products and checks sets it.
 pub const WIS_ENVIRONMENT_RAYS_ONLY: u32 = 64;
 /// Negative channels count by their size instead of as 0: pdf > 0 wherever |L| > 0.

@@ -276,10 +276,51 @@ impl Surface {
         F::apart(Eval { surface: self, wi })
     }
 
-    /// The luminance of BRDF x cosine, as [`Surface::eval`] has it: for a step that needs nothing else.
+    /// The luminance of BRDF x cosine in many directions, but for [`Surface::finish`]. Lobe by lobe: what is read of one, and the branch to its
+    /// kind, are half of what a register of directions takes.
     #[inline(always)]
-    pub fn value<F: Num>(&self, wi: [F; 3]) -> F {
-        self.eval_here(wi).0
+    pub fn values<F: Num, L: Local<F>>(&self, d: [&[L::Given]; 3], out: &mut [f32], local: &L) {
+        let (zero, whole) = (F::splat(0.0), self.whole);
+        let upper = |d: [&[L::Given]; 3]| {
+            let [x, y, z] = local.local(d);
+            [x, y, if whole { z } else { z.abs() }]
+        };
+        out.fill(if self.count == 0 { 1.0 } else { 0.0 });
+        // Copies: what is written must not be what is read here, or it would be read for each register again.
+        for &lobe in self.lobes() {
+            let constant = F::splat(lobe.fresnel[0]);
+            match &lobe.shape {
+                LobeShape::Lambert(side) => replace(d, out, |sum: F, d| {
+                    let [.., z] = upper(d);
+                    sum + F::only(zero.lt(z * *side), constant * FRAC_1_PI)
+                }),
+                LobeShape::Ggx(ggx) => replace(d, out, |sum: F, d| {
+                    let response = ggx.reflect(upper(d));
+                    sum + response.value * lobe.schlick(response.cosine)
+                }),
+                LobeShape::GgxTransmission(ggx, eta) => replace(d, out, |sum: F, d| {
+                    let response = ggx.transmit(upper(d), *eta);
+                    sum + response.value * lobe.schlick(response.cosine)
+                }),
+                LobeShape::Phong(phong) => replace(d, out, |sum: F, d| {
+                    let wi = upper(d);
+                    sum + F::only(zero.lt(wi[2]), constant * phong.norm() * phong.power(wi))
+                }),
+                LobeShape::PhongFromBelow(drawn) => replace(d, out, |sum: F, d| {
+                    let (wi, [x, y, z]) = (upper(d), self.wo);
+                    sum + F::only(zero.lt(wi[2]), constant * drawn.norm() * drawn.power_about([-x, -y, z], wi))
+                }),
+            }
+        }
+    }
+
+    /// The luminance of BRDF x cosine in local directions for what [`Surface::values`] answers; below the horizon of a hemisphere it goes on
+    /// with negative sign, as if mirrored.
+    #[inline(always)]
+    pub fn finish<F: Num>(&self, sum: F, [.., z]: [F; 3]) -> F {
+        let cosine = if self.cosine_included { F::splat(1.0) } else { z.abs() };
+        let value = (sum * cosine).min(F::splat(f32::MAX));
+        if self.whole { value } else { value.copysign(z) }
     }
 
     /// As [`Surface::eval`], inlined.
@@ -377,6 +418,23 @@ impl Surface {
             wi = [F::select(here, x, wi[0]), F::select(here, y, wi[1]), F::select(here, z, wi[2])];
         }
         wi
+    }
+}
+
+/// What makes directions local that [`Surface::values`] is given. No closure: the compiler would leave it to the baseline's instructions.
+pub trait Local<F> {
+    /// A component of a direction.
+    type Given;
+    /// A register of local directions.
+    fn local(&self, d: [&[Self::Given]; 3]) -> [F; 3];
+}
+
+/// Replaces numbers of directions, a whole number of registers of them.
+#[inline(always)]
+pub fn replace<F: Num, T>([x, y, z]: [&[T]; 3], out: &mut [f32], value: impl Fn(F, [&[T]; 3]) -> F) {
+    let directions = x.chunks_exact(F::WIDTH).zip(y.chunks_exact(F::WIDTH)).zip(z.chunks_exact(F::WIDTH));
+    for (((x, y), z), out) in directions.zip(out.chunks_exact_mut(F::WIDTH)) {
+        value(F::read(out), [x, y, z]).write(out, 0);
     }
 }
 

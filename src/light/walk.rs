@@ -253,7 +253,9 @@ impl<'a, const N: usize> Walk<'a, N> {
             let c = self.cells[lane];
             let v = numbers[1][lane];
             let (row, range) = find(&light.starts, c.starts as usize, c.blocks[1].into(), v);
-            light.starts.prefetch(c.row(row));
+            if N > 1 {
+                light.starts.prefetch(c.row(row));
+            }
             prefetch(light.blocks, c.first as usize + row * usize::from(c.blocks[0]));
             self.from[1][lane] = row as u32;
             numbers[1][lane] = UNITS * rest(v, range);
@@ -349,8 +351,10 @@ impl<'a, const N: usize> Walk<'a, N> {
             let block = light.block(self.inner[0][0][lane]);
             self.blocks[lane] = block;
             let row = self.behind[1][lane] >> block.step(1);
-            light.words.prefetch(block.rows as usize);
-            light.prefetch_lines(block, row as usize);
+            if N > 1 {
+                light.words.prefetch(block.rows as usize);
+                light.prefetch_lines(block, row as usize);
+            }
             self.behind[0][lane] >>= block.step(0);
             self.behind[1][lane] = row;
         }

@@ -11,7 +11,7 @@ use super::stored::{
 };
 use crate::blob::{Magic, take};
 use crate::brdf::point::Point;
-use crate::brdf::surface::Surface;
+use crate::brdf::surface::{Local, Surface, replace};
 use crate::brdf::vector::dot;
 use crate::light::environment::Environment;
 use crate::light::guide::{self, Column, Columns, Guide, MAX_CELLS, MAX_CORNERS, Short, read};
@@ -74,6 +74,12 @@ const NARROW: f32 = 0.045;
 /// Cosine and sine of how far a cell may lie from the mirror direction for that: 0.1. With 0, GGX 0.3 x 0.05 has up to 1.5 times the
 /// variance (forest_slope), with 0.2 nothing differs by more than 1 %.
 const BESIDE: [f32; 2] = [0.995, 0.0998];
+
+/// Divided cells whose middles are evaluated together.
+const HELD: usize = 4;
+
+/// Directions that are raised together.
+const TOGETHER: usize = 4 * GROUP;
 
 /// No leaf that counts is darker than this share of the brightest value about it.
 const FLOOR: f32 = 0.05;
@@ -181,7 +187,9 @@ impl Task<'_> {
         memory: &mut [u8],
         grid: impl FnOnce(Self, &Surface, &mut [u8]) -> Result<Prepared, Error>,
     ) -> Result<usize, Error> {
-        let surface = Surface::new(self.point, &self.environment.frame())?;
+        // In place: a surface is long.
+        let mut surface = Surface::empty();
+        surface.set(self.point, &self.environment.frame())?;
         let Prepared { bytes, adds_lobes } = grid(self, &surface, memory)?;
         let product = memory.get_mut(..bytes).unwrap_or_default();
         share::decide(self.environment, &surface, adds_lobes, product);
@@ -335,14 +343,19 @@ impl Cone {
     }
 }
 
-/// Evaluates the luminance of BRDF x cosine in directions of map space, a whole number of lanes of them; below the horizon of a
+/// Evaluates the luminance of BRDF x cosine in directions of map space, a whole number of registers of them; below the horizon of a
 /// hemisphere it goes on with negative sign, as if mirrored.
 ///
 /// A cell that crosses the horizon would otherwise waste samples below: interpolation between corners that are clamped at 0
 /// reaches 0 at the lower corners only.
 struct Respond<'a> {
     surface: &'a Surface,
-    cone: &'a Cone,
+    /// See [`Surface::diffuse`]; `None` if normals may turn.
+    diffuse: Option<f32>,
+    /// By which directions are raised.
+    cone: Option<Cone>,
+    /// What values are multiplied by: twice, since once might leave the range of floats.
+    scale: [f32; 2],
     directions: [&'a [Short]; 3],
     out: &'a mut [f32],
 }
@@ -352,40 +365,63 @@ impl<F: Num> Apart<F> for Respond<'_> {
 
     #[inline(always)]
     fn run(self) {
-        let Respond { surface, cone, directions: [x, y, z], out } = self;
-        let width = F::WIDTH;
-        let groups = x.chunks_exact(width).zip(y.chunks_exact(width)).zip(z.chunks_exact(width));
-        let groups = groups.zip(out.chunks_exact_mut(width));
-        if let Some(albedo) = surface.diffuse().filter(|_| cone.sine == 0.0) {
-            for (((x, y), z), out) in groups {
-                let cosine = dot([read::<F>(x), read::<F>(y), read::<F>(z)], surface.normal());
-                out.copy_from_slice((cosine * albedo).store().as_ref());
-            }
+        let Respond { surface, diffuse, cone, scale, directions, out } = self;
+        let raised = Raised { axes: surface.axes(), cone };
+        if let Some(albedo) = diffuse {
+            replace(directions, out, |_: F, [x, y, z]| {
+                dot([read::<F>(x), read(y), read(z)], raised.axes[2]) * albedo * scale[0] * scale[1]
+            });
             return;
         }
-        for (((x, y), z), out) in groups {
-            let mut w = surface.to_local([read::<F>(x), read::<F>(y), read::<F>(z)]);
-            let mut value = F::splat(f32::MIN);
-            // Once more if normals may turn: one loop, so that the lobes stand here once.
-            let mut again = cone.sine != 0.0;
-            loop {
-                value = value.max(signed(surface, w));
-                if !again {
-                    break;
-                }
-                w = raised(cone, w);
-                again = false;
-            }
-            out.copy_from_slice(value.store().as_ref());
+        surface.values::<F, Raised>(directions, out, &raised);
+        replace(directions, out, |sum: F, d| surface.finish(sum, raised.local(d)) * scale[0] * scale[1]);
+    }
+}
+
+/// Evaluates for the nearest of the normals of a cone, too.
+struct Nearest<'a> {
+    respond: Respond<'a>,
+    cone: &'a Cone,
+}
+
+impl<F: Num> Apart<F> for Nearest<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Nearest { respond: Respond { surface, diffuse, cone, scale, directions, out }, cone: nearest } = self;
+        F::apart(Respond { surface, diffuse, cone, scale, directions, out });
+        if nearest.sine == 0.0 {
+            return;
+        }
+        let [x, y, z] = directions.map(|axis| axis.chunks(TOGETHER));
+        for (((x, y), z), out) in x.zip(y).zip(z).zip(out.chunks_mut(TOGETHER)) {
+            let mut raised = [0.5; TOGETHER];
+            let raised = raised.get_mut(..out.len()).unwrap_or_default();
+            F::apart(Respond { surface, diffuse, cone: Some(*nearest), scale, directions: [x, y, z], out: raised });
+            out.iter_mut().zip(raised).for_each(|(out, raised)| *out = max(*out, *raised));
         }
     }
 }
 
-#[inline(always)]
-fn signed<F: Num>(surface: &Surface, [x, y, z]: [F; 3]) -> F {
-    let whole = surface.is_whole();
-    let value = surface.value([x, y, if whole { z } else { z.abs() }]);
-    if whole { value } else { value.copysign(z) }
+/// Directions along the axes of a surface, raised by a cone.
+struct Raised {
+    axes: [[f32; 3]; 3],
+    cone: Option<Cone>,
+}
+
+impl<F: Num> Local<F> for Raised {
+    type Given = Short;
+
+    #[inline(always)]
+    fn local(&self, [x, y, z]: [&[Short]; 3]) -> [F; 3] {
+        let (d, [t, b, n]) = ([read(x), read(y), read(z)], self.axes);
+        let w = [dot(d, t), dot(d, b), dot(d, n)];
+        match &self.cone {
+            None => w,
+            Some(cone) => raised(cone, w),
+        }
+    }
 }
 
 /// A direction turned towards the normal by the cone's half-angle, at most onto it: so the cosine is that to the nearest normal of
@@ -561,10 +597,12 @@ fn is_wasted<F: Num>(middle: F, least: F) -> F::Mask {
 /// F at the middles of the parts of a cell, with as many numbers on both sides as a row has parts.
 type Middles = [f32; PARTS + MIDDLES + PARTS];
 
-/// Columns and rows of the parts of a cell from part `first` on.
+/// Columns and rows of the parts of a cell from part `first` on, a whole number of rows.
 #[inline(always)]
 fn places_of<F: Num>(first: usize) -> [F; 2] {
-    [F::each(|lane| ((first + lane) % PARTS) as f32), F::each(|lane| ((first + lane) / PARTS) as f32)]
+    const { assert!(F::WIDTH % PARTS == 0) };
+    let row = F::each(|lane| (lane / PARTS) as f32) + (first / PARTS) as f32;
+    [F::each(|lane| (lane % PARTS) as f32), row]
 }
 
 /// How a number changes over the parts of a cell from part `first` on, along columns and rows.
@@ -611,6 +649,8 @@ struct Stage<'a> {
     guide: Guide<'a>,
     surface: &'a Surface,
     cone: &'a Cone,
+    /// See [`Surface::diffuse`]; `None` if normals may turn.
+    diffuse: Option<f32>,
     /// The mirror direction, in map space; 0 if no lobe is narrow.
     peak: [f32; 3],
     /// The share of numbers that draws from narrow lobes.
@@ -708,11 +748,13 @@ impl<'a> Stage<'a> {
         work: &'a mut Work,
     ) -> Stage<'a> {
         let smoothness = Smoothness::of(surface, from_peak);
+        let diffuse = surface.diffuse().filter(|_| cone.sine == 0.0);
         let (closer, scale) = ([0; CLOSER], [1.0; 2]);
         Stage {
             guide,
             surface,
             cone,
+            diffuse,
             peak,
             from_peak,
             varies: false,
@@ -730,11 +772,10 @@ impl<'a> Stage<'a> {
     #[inline(always)]
     fn evaluate<F: Num>(&mut self) -> f64 {
         let zero = F::splat(0.0);
-        let Stage { surface, cone, .. } = *self;
-        let corners = self.guide.corners();
-        let values = self.work.values.as_flattened_mut();
-        F::apart(Respond { surface, cone, directions: self.guide.corner_directions(), out: values });
-        let values = values.get_mut(..corners).unwrap_or_default();
+        let Stage { guide, surface, diffuse, scale, cone, .. } = *self;
+        let values = self.work.values.as_flattened_mut().get_mut(..guide.corners()).unwrap_or_default();
+        let directions = guide.corner_directions();
+        F::apart(Nearest { respond: Respond { surface, diffuse, cone: None, scale, directions, out: values }, cone });
         let mut largest = zero;
         for group in values.chunks_exact(F::WIDTH) {
             largest = largest.max(F::read(group));
@@ -813,14 +854,11 @@ impl<'a> Stage<'a> {
         }
     }
 
-    /// F at the middles of the parts of a cell.
+    /// F in directions of map space.
     #[inline(always)]
-    fn middles<F: Num>(&self, cell: u32, out: &mut [f32]) {
-        let Stage { surface, cone, .. } = *self;
-        F::apart(Respond { surface, cone, directions: self.guide.middles(cell as usize), out });
-        for out in out.chunks_exact_mut(F::WIDTH) {
-            out.copy_from_slice((F::read(out) * self.scale[0] * self.scale[1]).store().as_ref());
-        }
+    fn respond<F: Num>(&self, directions: [&[Short]; 3], out: &mut [f32]) {
+        let Stage { surface, diffuse, scale, cone, .. } = *self;
+        F::apart(Nearest { respond: Respond { surface, diffuse, cone: None, scale, directions, out }, cone });
     }
 
     /// Whether a lobe that varies inside the parts of a cell mirrors into it, or beside it.
@@ -867,19 +905,13 @@ impl<'a> Stage<'a> {
             }
         }
         let directions = directions.map(|axis| axis.map(|steps| steps.map(|step| step as Short)));
-        let directions = directions.each_ref().map(|axis| axis.as_flattened());
-        let Stage { surface, cone, .. } = *self;
-        F::apart(Respond { surface, cone, directions, out: out.as_flattened_mut() });
-        for out in out.as_flattened_mut().chunks_exact_mut(F::WIDTH) {
-            out.copy_from_slice((F::read(out) * self.scale[0] * self.scale[1]).store().as_ref());
-        }
+        self.respond::<F>(directions.each_ref().map(|axis| axis.as_flattened()), out.as_flattened_mut());
     }
 
     /// Weighs cells again by F where their light is, since interpolation between corners may have missed it.
     #[inline(always)]
     fn look_closer<F: Num>(&mut self) {
         let looked_at: &[usize] = if self.peak != [0.0; 3] { &LOOKED_AT_IF_NARROW } else { &LOOKED_AT };
-        let scale = self.scale;
         for cells in self.closer.get(..self.count).unwrap_or(&[]).chunks(GROUP) {
             let mut directions = [[[1; GROUP]; MOST_LOOKED_AT]; 3];
             for (lane, &cell) in cells.iter().enumerate() {
@@ -892,14 +924,13 @@ impl<'a> Stage<'a> {
             }
             let mut values = [[0.5; GROUP]; MOST_LOOKED_AT];
             let count = looked_at.len() * GROUP;
-            let [x, y, z] = directions.each_ref().map(|of| of.as_flattened().get(..count).unwrap_or(&[]));
-            let Stage { surface, cone, .. } = *self;
-            F::apart(Respond { surface, cone, directions: [x, y, z], out: values.as_flattened_mut() });
+            let directions = directions.each_ref().map(|of| of.as_flattened().get(..count).unwrap_or(&[]));
+            self.respond::<F>(directions, values.as_flattened_mut().get_mut(..count).unwrap_or_default());
             let mut largest = [0.0; GROUP];
             for first in places::<F>() {
                 let all = values.iter().take(looked_at.len());
                 let most = all.fold(F::splat(0.0), |most, values| most.max(F::at(values, first)));
-                (most * scale[0] * scale[1]).write(&mut largest, first);
+                most.write(&mut largest, first);
             }
             for (&cell, value) in cells.iter().zip(largest) {
                 let own = self.work.weights.get(cell as usize).copied().unwrap_or(0.0);
@@ -943,17 +974,29 @@ impl<'a> Stage<'a> {
             *last = [0; 4];
         }
         let mut any_wasted = 0;
-        for ((&cell, divided), borders) in cells.iter().zip(&mut *divided).zip(borders.chunks_exact_mut(QUADS)) {
-            let middles = held_mut(divided);
-            self.middles::<F>(cell, middles);
-            let least = F::splat(self.least(cell));
-            for middles in middles.chunks_exact(F::WIDTH) {
-                any_wasted |= F::bits(is_wasted::<F>(F::read(middles), least));
+        for ((cells, divided), borders) in
+            cells.chunks(HELD).zip((*divided).chunks_mut(HELD)).zip(borders.chunks_mut(HELD * QUADS))
+        {
+            let (mut directions, mut values) = ([[[1; MIDDLES]; HELD]; 3], [[0.5; MIDDLES]; HELD]);
+            for (lane, &cell) in cells.iter().enumerate() {
+                for (out, middles) in directions.iter_mut().zip(self.guide.middles(cell as usize)) {
+                    out[lane % HELD] = *middles.first_chunk().unwrap_or(&[1; MIDDLES]);
+                }
             }
-            let steps = self.guide.steps(cell as usize);
-            let [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o] = *steps;
-            if let Some(out) = borders.first_chunk_mut() {
-                *out = [[a, b, c, 0], [d, e, f, 0], [g, h, i, 0], [j, k, l, 0], [m, n, o, 0]];
+            let values_of = values.as_flattened_mut().get_mut(..MIDDLES * cells.len()).unwrap_or_default();
+            self.respond::<F>(directions.each_ref().map(|axis| axis.as_flattened()), values_of);
+            for (((&cell, divided), values), borders) in
+                cells.iter().zip(divided).zip(&values).zip(borders.chunks_exact_mut(QUADS))
+            {
+                held_mut(divided).copy_from_slice(values);
+                let least = F::splat(self.least(cell));
+                for middles in values.chunks_exact(F::WIDTH) {
+                    any_wasted |= F::bits(is_wasted::<F>(F::read(middles), least));
+                }
+                let [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o] = *self.guide.steps(cell as usize);
+                if let Some(out) = borders.first_chunk_mut() {
+                    *out = [[a, b, c, 0], [d, e, f, 0], [g, h, i, 0], [j, k, l, 0], [m, n, o, 0]];
+                }
             }
         }
         if any_wasted == 0 { 0.0 } else { self.wasted::<F>(cells, divided) }
@@ -1032,11 +1075,11 @@ impl<'a> Stage<'a> {
 /// The shares of a cell's numbers that its parts have.
 #[inline(always)]
 fn areas(borders: &Borders) -> [f32; MIDDLES] {
-    let (rows, columns) = borders.split_at(PARTS - 1);
     let mut areas = [0.5; MIDDLES];
-    let rows = widths(rows).into_iter().zip(columns.chunks_exact(PARTS - 1));
-    for (out, (height, columns)) in areas.chunks_exact_mut(PARTS).zip(rows) {
-        out.iter_mut().zip(widths(columns)).for_each(|(out, width)| *out = height * width);
+    let mut all = borders.chunks_exact(PARTS - 1).map(|of| widths(of.first_chunk().copied().unwrap_or_default()));
+    let rows = all.next().unwrap_or_default().into_iter().zip(all);
+    for (out, (height, widths)) in areas.chunks_exact_mut(PARTS).zip(rows) {
+        out.iter_mut().zip(widths).for_each(|(out, width)| *out = height * width);
     }
     areas
 }

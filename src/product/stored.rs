@@ -5,7 +5,7 @@ use crate::brdf::ggx::Refracting;
 use crate::brdf::material::MAX_LOBES;
 use crate::light::guide::{MAX_CELLS, Short};
 use crate::light::parts::{Borders, MIDDLES, PARTS};
-use crate::simd::{GROUP, Num, Whole};
+use crate::simd::{Four, GROUP, Num, Whole};
 use bytemuck::{Pod, Zeroable};
 
 /// The most cells that can be divided.
@@ -291,17 +291,24 @@ pub fn write_tops(weights: &[f32], grid: [u32; 2], tops_out: &mut [Quad]) -> f32
     total
 }
 
-/// Sums the means of the parts of a divided cell. Answers the mean of the cell.
+/// Sums the means of the parts of a divided cell. Answers the mean of the cell. Rows of parts stand side by side in lanes.
+#[inline(never)]
 pub fn sum_parts(means: &[f32; MIDDLES], borders: &Borders, [of_rows, of_parts @ ..]: &mut Ends) -> f32 {
     let (rows, columns) = borders.split_at(PARTS - 1);
+    let border = |k: usize| Four::each(|row| columns.get((PARTS - 1) * row + k).copied().unwrap_or(0.0));
+    let widths_of = widths([border(0), border(1), border(2)]);
+    let mut ends = Four::rows(bytemuck::cast_ref::<_, [Quad; PARTS]>(means), Four::counted());
+    let mut sum = Four::splat(0.0);
+    for (end, width) in ends.iter_mut().zip(widths_of) {
+        sum = sum + *end * width;
+        *end = sum;
+    }
+    let [a, b, c, d] =
+        Four::rows(&[ends[0].store(), ends[1].store(), ends[2].store(), ends[3].store()], Four::counted());
+    *of_parts = [a.store(), b.store(), c.store(), d.store()];
     let mut total = 0.0;
-    let parts = of_parts.iter_mut().zip(means.chunks_exact(PARTS)).zip(columns.chunks_exact(PARTS - 1));
-    for ((end, height), ((parts, means), columns)) in of_rows.iter_mut().zip(widths(rows)).zip(parts) {
-        let mut sum = 0.0;
-        for ((end, mean), width) in parts.iter_mut().zip(means).zip(widths(columns)) {
-            sum += mean * width;
-            *end = sum;
-        }
+    let heights = widths(rows.first_chunk().copied().unwrap_or_default());
+    for ((end, height), sum) in of_rows.iter_mut().zip(heights).zip(sum.store()) {
         total += sum * height;
         *end = total;
     }
@@ -310,7 +317,6 @@ pub fn sum_parts(means: &[f32; MIDDLES], borders: &Borders, [of_rows, of_parts @
 
 /// The widths of the four parts that three borders make.
 #[inline(always)]
-pub fn widths(borders: &[f32]) -> [f32; PARTS] {
-    let [a, b, c] = borders.first_chunk().copied().unwrap_or_default();
-    [a, b - a, c - b, 1.0 - c]
+pub fn widths<F: Num>([a, b, c]: [F; PARTS - 1]) -> [F; PARTS] {
+    [a, b - a, c - b, F::splat(1.0) - c]
 }

@@ -105,7 +105,7 @@ fn through_glass(map: &Map, built: &Built, filter: Filter, shape: Shape, normal:
     let (mut sum, mut most) = (0.0, 0.0);
     for _ in 0..COUNT {
         let brings = |wi: [f32; 3]| {
-            let value = f64::from(surface.value::<f32>(surface.to_local(wi)));
+            let value = f64::from(surface.eval::<f32>(surface.to_local(wi)).0);
             value * map.radiance(&of, built.least(), double(wi))
         };
         let mut number = || [random.unit(), random.unit()];

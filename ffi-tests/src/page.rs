@@ -231,37 +231,10 @@ fn inline(text: &str) -> String {
     out
 }
 
-const STYLE: &str = "\
-body { font: 16px/1.5 system-ui, sans-serif; color: #1a1a1a; background: #fff; margin: 0; }
-main { max-width: 1180px; margin: 0 auto; padding: 0 16px 48px; }
-h1 { font-size: 1.7em; line-height: 1.2; } h2 { margin-top: 2em; font-size: 1.25em; }
-p, ul { max-width: 46em; } code { font-size: .92em; background: #f2f2f2; padding: 0 .2em; }
-.t { overflow-x: auto; margin: 1em 0; } table { border-collapse: collapse; font-size: 14px; }
-th, td { padding: 3px 8px; border-bottom: 1px solid #ddd; text-align: left; vertical-align: top; }
-th { position: sticky; top: 0; background: #fff; border-bottom: 2px solid #888; }
-td:first-child { min-width: 9em; } td:first-child, th:first-child { position: sticky; left: 0; background: #fff; }
-.n { text-align: right; white-space: nowrap; font-variant-numeric: tabular-nums; } th.n { white-space: normal; }
-figure { margin: 1.5em 0; } figure svg, figure img { max-width: 100%; height: auto; display: block; }
-figcaption { color: #444; font-size: 14px; max-width: 60em; margin-top: .4em; }
-details { margin: 1em 0; border-top: 1px solid #ddd; padding-top: .6em; } summary { cursor: pointer; font-weight: 600; }
-@media (max-width: 640px) {
-  .t:first-of-type td:nth-child(2), .t:first-of-type th:nth-child(2) { display: none; }
-  table { width: max-content; } th, td { padding: 3px 4px; max-width: 13em; } th.n { max-width: 5.5em; } td:first-child { min-width: 6em; max-width: 9.5em; }
-  figure { overflow-x: auto; } figure svg, figure img { max-width: none; width: 960px; }
-}
-";
+const STYLE: &str = include_str!("page.css");
 
 /// Writes how much was loaded where a test can read it.
-const SCRIPT: &str = "\
-addEventListener('load', () => {
-  const images = [...document.images], plots = [...document.querySelectorAll('figure svg')];
-  const drawn = plots.filter(p => p.getBoundingClientRect().width > 100 || p.closest('details:not([open])'));
-  const shown = images.filter(i => i.complete && i.naturalWidth >= 480);
-  const fits = document.documentElement.scrollWidth <= innerWidth;
-  Object.assign(document.documentElement.dataset, { images: shown.length + '/' + images.length,
-    plots: drawn.length + '/' + plots.length, fits });
-});
-";
+const SCRIPT: &str = include_str!("page.js");
 
 #[cfg(test)]
 mod tests {

@@ -12,17 +12,34 @@ use std::sync::Mutex;
 const GRID: u32 = 64;
 const DEPTH: u32 = 6;
 /// The variance that pruning may add to a tree of map or BRDF.
-const BUDGET: f32 = 0.01;
+pub const BUDGET: f32 = 0.01;
 /// Where samples are weighed by their pdf, pixels of the map and of the BRDF are no darker than this share of their mean, or the pdf could
 /// be 0.
-const FLOOR: f32 = 0.02;
+pub const FLOOR: f32 = 0.02;
 /// Places along an axis of a pixel over which a BRDF is averaged.
 const PLACES: u32 = 2;
 
-/// Row by row, the frame of a direction, which is its third axis.
-pub fn frame(direction: Vec3) -> [f32; 9] {
+/// The frame of a direction: its columns in world space, the third the direction itself.
+pub fn frame(direction: Vec3) -> Mat3 {
     let (x, y) = direction.any_orthonormal_pair();
-    Mat3::from_cols(x, y, direction).transpose().to_cols_array()
+    Mat3::from_cols(x, y, direction)
+}
+
+/// Row by row.
+fn rows(frame: Mat3) -> [f32; 9] {
+    frame.transpose().to_cols_array()
+}
+
+/// A map about a direction, in squares of `2^depth` pixels along each axis, for samples that are weighed by their pdf.
+///
+/// # Errors
+/// Those of the library.
+pub fn turned(environment: &Environment, direction: Vec3, depth: u32) -> client::Result<Tree> {
+    turned_to(environment, depth, FLOOR, rows(frame(direction)))
+}
+
+fn turned_to(environment: &Environment, depth: u32, least: f32, world_from_tree: [f32; 9]) -> client::Result<Tree> {
+    Tree::of_environment(environment.handle(), &Turn { depth, error_budget: BUDGET, least, world_from_tree })
 }
 
 /// The map about the directions of a grid, each made when it is asked for.
@@ -68,8 +85,7 @@ impl Rotations {
     /// # Errors
     /// Those of the library.
     pub fn turned(&self, world_from_tree: [f32; 9]) -> client::Result<Tree> {
-        let turn = Turn { depth: self.depth, error_budget: BUDGET, least: self.floor, world_from_tree };
-        Tree::of_environment(self.environment.handle(), &turn)
+        turned_to(&self.environment, self.depth, self.floor, world_from_tree)
     }
 
     /// The product of the map and of BRDF x cosine, which `values` evaluates, about a direction.
@@ -80,7 +96,7 @@ impl Rotations {
         let (cells, weights) = client::grid_cells(GRID, about.to_array())?;
         let nearest = (0..4).max_by(|&a, &b| f32::total_cmp(&weights[a], &weights[b])).unwrap_or(0);
         let cell = cells[nearest];
-        let frame = frame(Vec3::from_array(client::grid_direction(GRID, cell)?));
+        let frame = rows(frame(Vec3::from_array(client::grid_direction(GRID, cell)?)));
         let mut kept = self.trees[cell as usize].lock().expect("no thread panics");
         if kept.is_none() {
             *kept = Some(self.turned(frame)?);

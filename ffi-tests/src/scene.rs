@@ -33,6 +33,11 @@ pub struct ShadingPoint {
 }
 
 impl ShadingPoint {
+    /// Whether it is of the ground plane.
+    pub fn is_ground(&self) -> bool {
+        self.origin.z < 2e-4 && self.normal.z > 0.999
+    }
+
     /// The view reflected about the normal.
     pub fn reflected(&self) -> Vec3 {
         (2.0 * self.normal.dot(self.wo) * self.normal - self.wo).normalize()

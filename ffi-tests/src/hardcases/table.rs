@@ -4,71 +4,15 @@ use super::bounds::{Bounded, Figures, LARGEST};
 use super::laws::Verdict;
 use super::peers::Answers;
 use super::scenes::HUGE;
-use std::fmt::Write;
+use std::fmt::Display;
 
-const PREAMBLE: &str = "Written by `make hardcases` and checked by `make test`, through the C interface of the release library. A row fails if
-the answer is not the documented one, or a figure is out of bounds.
+/// What is filled in stands in braces.
+const PAGE: &str = include_str!("page.md");
 
-A sample is *legal* if its direction has unit length and its pdf is finite and above 0. `pdf(wi)` and batches have to give
-the same bits, and `invert` a u in [0, 1). Each row takes 1193 values of u. Among them are 0, 2^-149, 1 - 2^-24, 1, NaN and
-values outside [0, 1).
-
-";
-
-const BOUNDED: &str = "## Products and rays
-
-References are integrals by quadrature, of the client's own BRDFs and look-ups in double precision. They are right to 0.001.
-
-- *integral*: how far apart the integral that a product states and the reference are: the larger over the smaller, less 1. An
-  integral of 0 is beyond any limit. It is an approximation, so the limit is the figure when the row was written, and a quarter more.
-- *largest*: the largest f L cos / (p I), over 262144 samples and 18000 other directions. Those are directions of the light, at all
-  distances of the lobe's peak, and all over the sphere. The limit is 50 (rule 33 of [design.md](../design.md)), and
-  150 and 300 in two rows beyond the critical angle. *Not bounded*: no rule speaks of these tables and lobes, and single weights are
-  large. There the share of the integral that comes with weights above 50 has a limit. A density of a hundredth in places exceeds it.
-- *mean*: how far the mean of the samples is from the reference. The limit is 4.5 standard errors and 0.001, and a fault of 2 % is seen.
-- *empty*: samples that bring nothing, as a share.
-- *1 ray*, *4 rays*: the same means for calls of `wis_direct`. *Idle*: their rays that bring nothing. The limit is 6 %, because floors of 5 %
-  serve clients whose BRDF is another (rules 16 and 24). It is higher where a client's table has holes that its lobes do not
-  know, and beyond the critical angle.
-
-Samples also fall where the density says: a chi-square test over parts of the sphere with at most a 64th of them each, p > 1e-6.
-`cargo test -p wis-ffi-tests` injects faults: densities or weights that are 2.5 % larger, one of 20 samples elsewhere, a density of
-a hundredth in places, a wrong integral, stray rays. Each turns a row red.
-
-";
-
-const LIGHTS: &str = "
-## The light in tables
-
-`wis_environment`, for a client that interpolates between texel centres and for one that takes the nearest texel. Samples are
-legal, and the pdf is above 0 at every corner, edge and half-texel shift of lit texels. Three columns are upper bounds on
-w = L / pdf over 32768 samples. A row beyond one of these limits fails:
-
-- *deviation*: the relative standard deviation of w, at most 0.01;
-- *maximum*: the largest w over its mean, at most 1.05;
-- *mean*: how far the mean of w is from the power of the environment, at most 0.001 of it.
-
-L is the client's look-up in double precision, of texels no darker than 2^-16 of the mean. Where black stays black, only samples
-with L > 0 count. Black texels beside lit ones have a pdf, too, because the client's rounding may need it.
-
-The last two columns show two common samplers of the light on the same map, with their published formulas in 32-bit floats:
-
-- rows and columns by cumulative sums (pbrt-v3);
-- a hierarchical warp with bilinear patches (Clarberg et al. 2005; Mitsuba 3).
-
-They are our own short versions (`ffi-tests/src/hardcases/peers.rs`), not those programs. A dash: not run.
-
-- *Unreachable*: lit texels or patches with a positive pdf to which no u leads.
-- *Blind*: lit, with pdf 0.
-- *Off*: samples whose pdf differs from that of their direction by more than a thousandth. Most lie on the border of a texel.
-- *pdf 0*: no sample though there is light.
-
-";
-
-const CALLS: &str = "
-## Calls
-
-";
+/// A page with one of its braces filled in.
+fn filled(page: String, (name, value): &(&str, &dyn Display)) -> String {
+    page.replace(&format!("{{{name}}}"), &value.to_string())
+}
 
 /// A case.
 pub struct Row {
@@ -135,8 +79,8 @@ impl Table {
         self.lights.len() + self.bounded.len() + self.rows.len()
     }
 
-    /// What the rows show, by their own numbers.
-    fn conclusion(&self) -> String {
+    /// The page with its conclusion: what the rows show, by their own numbers.
+    fn concluded(&self) -> String {
         let (cases, failures) = (self.cases(), self.failures());
         let first = match failures {
             0 => format!("**All {cases} cases have the documented answer, within bounds.**"),
@@ -158,43 +102,32 @@ impl Table {
             .filter(|(_, case)| !case.contains("holes"))
             .fold((0.0, ""), |worst, this| if this.0 > worst.0 { this } else { worst });
         let beyond = found.iter().filter(|(_, figures)| figures.largest > LARGEST).count();
-        format!(
-            "{first} In {} scenes of narrow, grazing or transmitting lobes, suns and
-tables with holes:
-
-- means of samples are within {means} of the reference, means of rays within {of_rays} in {rays} of them;
-- weights of products of `wis.h` are at most {largest} integrals, but more than {LARGEST} in {beyond} scenes beyond the critical angle.
-  Rule 33 of [design.md](../design.md) is not met there;
-- the integral that a product states is an approximation. For lobes that the library knows, it is off by a factor of up to {}:
-  {worst}.
-
-Radiance over density varies by less than {deviation} on every lit map.
-
-",
-            found.len(),
-            below(1.0 + off),
-        )
+        let (scenes, off) = (found.len(), below(1.0 + off));
+        let numbers: [(&str, &dyn Display); 10] = [
+            ("first", &first),
+            ("scenes", &scenes),
+            ("means", &means),
+            ("of_rays", &of_rays),
+            ("rays", &rays),
+            ("largest", &largest),
+            ("beyond", &beyond),
+            ("off", &off),
+            ("worst", &worst),
+            ("deviation", &deviation),
+        ];
+        numbers.iter().fold(PAGE.to_string(), filled)
     }
 
     /// The page as Markdown.
     pub fn page(&self) -> String {
-        let mut page = format!("# Hard cases\n\n{}{PREAMBLE}{BOUNDED}", self.conclusion());
-        page.push_str("| case | integral | largest | mean | empty | 1 ray | 4 rays | idle |\n");
-        page.push_str("| --- | --- | --- | --- | --- | --- | --- | --- |\n");
-        self.bounded.iter().for_each(|row| page.push_str(&row.line()));
-        page.push_str(LIGHTS);
-        page.push_str("| case | client | got | deviation | maximum | mean | cumulative sums | hierarchical warp |\n");
-        page.push_str("| --- | --- | --- | --- | --- | --- | --- | --- |\n");
-        for light in &self.lights {
-            page.push_str(&light.line());
-        }
-        page.push_str(CALLS);
-        page.push_str("| case | expected | got |\n| --- | --- | --- |\n");
-        for row in &self.rows {
-            page.push_str(&row.line());
-        }
-        let _ = writeln!(page, "\n{} cases, {} failures.", self.cases(), self.failures());
-        page
+        let parts: [(&str, &dyn Display); 5] = [
+            ("bounded", &self.bounded.iter().map(Bounded::line).collect::<String>()),
+            ("lights", &self.lights.iter().map(Light::line).collect::<String>()),
+            ("rows", &self.rows.iter().map(Row::line).collect::<String>()),
+            ("cases", &self.cases()),
+            ("failures", &self.failures()),
+        ];
+        parts.iter().fold(self.concluded(), filled)
     }
 
     /// Whether a page is what would be written, but for the rows that were skipped here and what it was made from.

@@ -11,7 +11,7 @@ use crate::light::{Light, octahedral_direction};
 use crate::material::Material;
 use crate::product::Rotations;
 use crate::scene::ShadingPoint;
-use crate::statistics::{chi_square, holm, kolmogorov_smirnov};
+use crate::statistics::{chi_square, holm, kolmogorov_smirnov, splitmix};
 use glam::Vec3;
 use std::cell::RefCell;
 use std::f32::consts::PI;
@@ -33,12 +33,7 @@ fn uniform(seed: u32, count: usize) -> Vec<[f32; 2]> {
 
 /// Independent numbers (SplitMix64), which the tests' distributions assume.
 fn independent(mut state: u64, count: usize) -> Vec<[f32; 2]> {
-    let mut next = || {
-        state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (state ^ (state >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 40) as f32 / (1 << 24) as f32
-    };
+    let mut next = || (splitmix(&mut state) >> 40) as f32 / (1 << 24) as f32;
     (0..count).map(|_| [next(), next()]).collect()
 }
 

@@ -13,7 +13,8 @@ use std::path::PathBuf;
 #[derive(Parser)]
 enum Instrument {
     Report(report::Options),
-    Light(light::Options),
+    /// The light beside a table as pbrt builds it; fails if a goal is missed by far
+    Light(Output),
     /// Rendering in passes of one ray at a hit, with and without a visibility cache
     Passes(Output),
     /// Rooms with portals beside what renderers do there
@@ -34,7 +35,7 @@ struct Output {
 fn main() -> anyhow::Result<()> {
     match Instrument::parse() {
         Instrument::Report(options) => report::run(options),
-        Instrument::Light(options) => light::run(options),
+        Instrument::Light(of) => light::run(&of.page, of.quick),
         Instrument::Passes(of) => passes::run(&of.page, of.quick),
         Instrument::Rooms(of) => rooms::run(&of.page, of.quick),
         Instrument::Goals(of) => goals::run(&of.page, of.quick),

@@ -1,7 +1,7 @@
 //! A glossy buddha in Grace cathedral (Figs. 1 and 6).
 
 use crate::phong::Phong;
-use crate::{EQUAL, MEGAPIXELS, Map, Measured, every, is_ground, strata_lights, table};
+use crate::{EQUAL, MEGAPIXELS, Map, Measured, every, strata_lights, table};
 use anyhow::Result;
 use glam::Vec3;
 use std::fmt::Write;
@@ -34,7 +34,7 @@ const NEAR: f32 = 0.45;
 fn alone() -> Result<Scene> {
     let stage = Stage::outdoors(data::mesh("buddha.obj")?).close_up(TARGET, NEAR);
     let mut scene = Scene::of("buddha, close up", &stage, View::Image(1))?;
-    scene.points.retain(|point| !is_ground(point));
+    scene.points.retain(|point| !point.is_ground());
     Ok(scene)
 }
 

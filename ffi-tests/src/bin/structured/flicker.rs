@@ -1,6 +1,5 @@
 //! An object that turns (Section 4).
 
-use crate::is_ground;
 use anyhow::Result;
 use std::collections::HashMap;
 use std::fmt::Write;
@@ -53,7 +52,7 @@ pub fn write(page: &mut Paper, light: &Light) -> Result<()> {
 
 /// The pixels of a picture that show the ground.
 fn on_the_ground(scene: &Scene, values: &[f64]) -> HashMap<[u32; 2], f64> {
-    scene.points.iter().zip(values).filter(|(p, _)| is_ground(p)).map(|(p, v)| (p.pixel, *v)).collect()
+    scene.points.iter().zip(values).filter(|(p, _)| p.is_ground()).map(|(p, v)| (p.pixel, *v)).collect()
 }
 
 /// The root mean squared second difference in time, over sqrt 6 and over the mean.

@@ -84,7 +84,7 @@ pub fn table(
         1,
         "method | error | on the mesh | displayed | shadow rays a point | us a point | s at 500 x 500",
     )?;
-    let on_mesh: Vec<bool> = scene.points.iter().map(|point| !is_ground(point)).collect();
+    let on_mesh: Vec<bool> = scene.points.iter().map(|point| !point.is_ground()).collect();
     let of_mesh = |values: &[f64]| -> Vec<f64> {
         values.iter().zip(&on_mesh).filter(|(_, on)| **on).map(|(value, _)| *value).collect()
     };
@@ -161,11 +161,6 @@ pub fn every(step: u32, scene: Scene, values: &[f64]) -> (Scene, Vec<f64>) {
     let pairs = scene.points.iter().zip(values).filter(|(point, _)| kept(point));
     let (points, values): (Vec<ShadingPoint>, Vec<f64>) = pairs.map(|(point, value)| (*point, *value)).unzip();
     (Scene { points, ..scene }, values)
-}
-
-/// Whether a point is of the ground plane.
-pub fn is_ground(point: &ShadingPoint) -> bool {
-    point.origin.z < 2e-4 && point.normal.z > 0.999
 }
 
 /// The strata of a map as lights, in colour.

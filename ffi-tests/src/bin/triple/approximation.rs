@@ -328,7 +328,7 @@ fn curve(out: &mut String, scene: &Scene, light: &Lit, material: &Material) -> R
     )?;
     let mut rows = Vec::new();
     for share in SHARES {
-        let terms = (share * domain.wavelets() as f64).round() as usize;
+        let terms = domain.terms(share);
         let kept = domain.largest(&light.trees, terms)?;
         let lists = points.iter().map(|p| domain.largest(&p.brdf_trees, terms)).collect::<Result<Vec<Lists>>>()?;
         let value = |i: usize, p: &Point| p.sublinear(light, &lists[i], &kept);

@@ -35,6 +35,11 @@ impl Domain {
         self.pixels() - self.faces
     }
 
+    /// How many squares a share of the wavelets is.
+    pub fn terms(&self, share: f64) -> usize {
+        (share * self.wavelets() as f64).round() as usize
+    }
+
     /// The direction of a place in a pixel, and the solid angle about it by the mean solid angle.
     pub fn place(&self, i: usize, parts: [f32; 2]) -> (Vec3, f32) {
         let side = 1usize << self.depth;

@@ -145,7 +145,7 @@ pub fn write(page: &mut Paper, light: &Light) -> Result<()> {
         )?;
         let about = on_threads(&(0..scene.vertices.len()).collect::<Vec<_>>(), |&i| scene.about(i))?;
         let cells = used(&about);
-        let most = scene.squares(TERMS[TERMS.len() - 1][0]);
+        let most = scene.domain.terms(TERMS[TERMS.len() - 1][0]);
         let tables = scene.tabulated(&cells, most)?;
         let each = |terms| scene.by_terms(out, terms, &about, &cells, &tables);
         let terms = TERMS.into_iter().map(each).collect::<Result<Vec<_>>>()?;
@@ -429,11 +429,6 @@ impl Scene {
         })
     }
 
-    /// How many squares a share is.
-    fn squares(&self, share: f64) -> usize {
-        (share * self.domain.wavelets() as f64).round() as usize
-    }
-
     /// With shares of the squares of BRDF and light, from tables of more of them.
     fn by_terms(
         &self,
@@ -444,7 +439,7 @@ impl Scene {
         tables: &[Tabulated],
     ) -> Result<Way> {
         let domain = self.domain;
-        let [of_brdf, of_light] = shares.map(|share| self.squares(share));
+        let [of_brdf, of_light] = shares.map(|share| domain.terms(share));
         let brdfs = on_threads(tables, |table| {
             let (averages, lists): (Vec<f64>, domain::Lists) = table.iter().cloned().unzip();
             Ok(averages.into_iter().zip(domain::largest(lists, of_brdf)).collect::<Tabulated>())
@@ -528,9 +523,9 @@ fn visibility_sizes(page: &mut Paper) -> Result<()> {
     )?;
     for name in ["stanford-bunny.obj", "buddha.obj", "spot.obj"] {
         let mesh = data::mesh(name)?;
-        let (count, normals) = (mesh.vertices.len(), normals(&mesh));
+        let count = mesh.vertices.len();
         let places: Vec<(Vec3, Vec3)> =
-            mesh.vertices.iter().copied().zip(normals).step_by((count / SAMPLED).max(1)).collect();
+            mesh.vertices.iter().copied().zip(normals(&mesh)).step_by((count / SAMPLED).max(1)).collect();
         let tracer = Tracer::new(&[Mesh::ground(4.0), mesh])?;
         for domain in [Domain::cube(6), Domain::cube(8)] {
             let directions = domain.directions();
@@ -570,13 +565,7 @@ fn visibility_sizes(page: &mut Paper) -> Result<()> {
 /// Vertices that stand for all.
 const SAMPLED: usize = 100;
 
-/// Means of the normals of the faces, by area.
-fn normals(mesh: &Mesh) -> Vec<Vec3> {
-    let mut normals = vec![Vec3::ZERO; mesh.vertices.len()];
-    for triangle in &mesh.triangles {
-        let [a, b, c] = triangle.map(|i| mesh.vertices[i as usize]);
-        let normal = (b - a).cross(c - a);
-        triangle.iter().for_each(|&i| normals[i as usize] += normal);
-    }
-    normals.into_iter().map(|normal| normal.try_normalize().unwrap_or(Vec3::Z)).collect()
+/// The normals at vertices; those that no triangle has look up.
+fn normals(mesh: &Mesh) -> impl Iterator<Item = Vec3> {
+    mesh.normals().into_iter().map(|normal| if normal == Vec3::ZERO { Vec3::Z } else { normal })
 }

@@ -91,11 +91,6 @@ fn key(face: usize, w: &raw::wis_wavelets) -> (usize, u32, u32) {
     (face, w.position, w.level)
 }
 
-/// How many squares a share is.
-fn terms(domain: Domain, share: f64) -> usize {
-    (share * domain.wavelets() as f64).round() as usize
-}
-
 /// A channel of the light.
 struct Channel {
     pixels: Vec<f32>,
@@ -110,7 +105,7 @@ impl Channel {
         let of = |lists: Lists| {
             lists.iter().enumerate().flat_map(|(face, list)| list.iter().map(move |w| key(face, w))).collect()
         };
-        Ok(SHARES.map(|share| of(domain::largest(all.clone(), terms(domain, share)))).into())
+        Ok(SHARES.map(|share| of(domain::largest(all.clone(), domain.terms(share)))).into())
     }
 
     fn new(domain: Domain, light: &Light, squares: &[Squares]) -> Result<Channel> {
@@ -147,7 +142,7 @@ impl Frame<'_> {
         let all = self.domain.all(&trees)?;
         let mut values = [[0.0; 3]; SHARES.len() * SHARES.len() + 1];
         for (row, share) in SHARES.iter().enumerate() {
-            let lists = domain::largest(all.clone(), terms(self.domain, *share));
+            let lists = domain::largest(all.clone(), self.domain.terms(*share));
             for (k, channel) in self.channels.iter().enumerate() {
                 for (column, kept) in channel.kept.iter().enumerate() {
                     let mut sum = 0.0;

@@ -9,7 +9,7 @@ use wis_ffi_tests::images::Sheet;
 use wis_ffi_tests::material::Material;
 use wis_ffi_tests::paper::{Paper, Verdict, columns};
 use wis_ffi_tests::product::Rotations;
-use wis_ffi_tests::scene::{Scene, ShadingPoint, View};
+use wis_ffi_tests::scene::{Scene, View};
 use wis_ffi_tests::structured::{How, Lights, Picture, Raster, Source, coloured, picture, truth};
 
 const COUNTS: [usize; 6] = [1, 3, 10, 30, 60, 100];
@@ -42,9 +42,8 @@ struct Part {
 
 /// The points of the floor, or those of the buddha.
 fn scene(floor: bool, step: u32) -> Result<Scene> {
-    let is_floor = |point: &ShadingPoint| point.origin.z < 2e-4 && point.normal.z > 0.999;
     let mut scene = data::scene("buddha.obj", View::Image(step))?;
-    scene.points.retain(|point| is_floor(point) == floor);
+    scene.points.retain(|point| point.is_ground() == floor);
     Ok(scene)
 }
 

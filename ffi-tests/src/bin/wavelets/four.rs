@@ -1,7 +1,6 @@
 //! The product of the map and a rotationally symmetric lobe over all directions as one function of four variables, warped
 //! once; what a point samples is then looked up (Section 6.2, Fig. 11).
 
-use crate::rotated::frame;
 use crate::{Lit, estimate, middle};
 use anyhow::Result;
 use glam::{Quat, Vec3};
@@ -15,6 +14,7 @@ use wis_ffi_tests::light::{Light, octahedral_direction};
 use wis_ffi_tests::paper::{Paper, VISIBLE, Verdict, columns};
 use wis_ffi_tests::points;
 use wis_ffi_tests::processor;
+use wis_ffi_tests::product::frame;
 use wis_ffi_tests::scene::{Scene, View};
 
 /// Cells along each of the four axes.

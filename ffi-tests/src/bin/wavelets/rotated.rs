@@ -3,43 +3,19 @@
 
 use crate::{Lit, middle, relative_variance, tilted};
 use anyhow::Result;
-use glam::{Mat3, Vec3};
+use glam::Vec3;
 use std::fmt::Write;
 use std::time::Instant;
-use wis_ffi_tests::client::{self, Block, Tree, Turn};
+use wis_ffi_tests::client::{self, Block, Tree};
 use wis_ffi_tests::data;
 use wis_ffi_tests::environment::Environment;
 use wis_ffi_tests::light::Light;
 use wis_ffi_tests::material::{Bsdf, Material};
 use wis_ffi_tests::paper::{Paper, columns, range};
+use wis_ffi_tests::product::{BUDGET, FLOOR, frame, turned};
 use wis_ffi_tests::scene::ShadingPoint;
 use wis_ffi_tests::structured::Raster;
 use wis_ffi_tests::threads::on_threads;
-
-/// The variance that pruning may add.
-const BUDGET: f32 = 0.01;
-/// Pixels are no darker than this share of the mean, so that the product's pdf is above 0.
-const FLOOR: f32 = 0.02;
-
-/// The frame of a direction: its columns in world space, the third the direction itself.
-pub fn frame(direction: Vec3) -> Mat3 {
-    let (x, y) = direction.any_orthonormal_pair();
-    Mat3::from_cols(x, y, direction)
-}
-
-/// The map about one direction, made when it is asked for.
-fn turned(environment: &Environment, direction: Vec3, depth: u32) -> Result<Tree> {
-    Ok(Tree::of_environment(
-        environment.handle(),
-        &Turn {
-            depth,
-            error_budget: BUDGET,
-            least: FLOOR,
-            // Row by row.
-            world_from_tree: frame(direction).transpose().to_cols_array(),
-        },
-    )?)
-}
 
 /// One in so many directions of a table is built; times and sizes are those of all.
 const EVERY: usize = 16;

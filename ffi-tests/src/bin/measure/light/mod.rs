@@ -8,7 +8,6 @@ mod size;
 use self::page::{Fits, Results};
 use crate::speed::{self, Speed};
 use anyhow::{Result, ensure};
-use clap::Parser;
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use wis_ffi_tests::client::Density;
@@ -18,28 +17,11 @@ use wis_ffi_tests::layout::Layout;
 use wis_ffi_tests::light::Light;
 use wis_ffi_tests::piecewise::Piecewise;
 
-/// The light beside a table as pbrt builds it.
-#[derive(Parser)]
-pub struct Options {
-    /// The page to write
-    page: PathBuf,
-    /// Little of everything, in seconds; fails if a goal is missed by far
-    #[arg(long)]
-    quick: bool,
-    /// Measures times alone, and prints them
-    #[arg(long)]
-    times: bool,
-}
-
 /// Measures and writes the page.
 ///
 /// # Errors
 /// Those of the library and of files; with --quick, goals that are missed by far.
-pub fn run(options: Options) -> Result<()> {
-    let quick = options.quick;
-    if options.times {
-        return times();
-    }
+pub fn run(file: &Path, quick: bool) -> Result<()> {
     let (lights, points) = if quick { (quick_lights(), 1 << 17) } else { (lights()?, 1 << 20) };
     let fits = fits(&lights, points)?;
     let timed = if quick { Light::room(512) } else { data::light("venice_sunset_1k.hdr")? };
@@ -55,18 +37,8 @@ pub fn run(options: Options) -> Result<()> {
     let speeds = [bilinear?, nearest?];
     let timed = timed.name;
     let results = Results { quick, fits, speeds, timed, sizes, budgets };
-    page::page(&results)?.write_markdown(&options.page)?;
+    page::page(&results)?.write_markdown(file)?;
     if quick { check(&results) } else { Ok(()) }
-}
-
-fn times() -> Result<()> {
-    let light = data::light("venice_sunset_1k.hdr")?;
-    for light in [light.clone().bilinear(), light] {
-        for speed in speeds(&light, 100)? {
-            println!("{speed:.0?}");
-        }
-    }
-    Ok(())
 }
 
 /// What even few samples on a busy machine must show.

@@ -7,7 +7,6 @@ use anyhow::{Result, ensure};
 use cache::Cache;
 use glam::Vec3;
 use page::{Cell, PASSES, REGIONS};
-use rustix::time::{ClockId, clock_gettime};
 use std::path::Path;
 use wis_ffi_tests::client::{pixel_seed, raw};
 use wis_ffi_tests::cost::MODELS;
@@ -19,7 +18,7 @@ use wis_ffi_tests::mesh::Mesh;
 use wis_ffi_tests::reference::Reference;
 use wis_ffi_tests::scene::{Scene, ShadingPoint, View};
 use wis_ffi_tests::setting::{Lit, Setting};
-use wis_ffi_tests::{data, statistics};
+use wis_ffi_tests::{data, processor, statistics};
 
 /// Independent repeats.
 const REPEATS: u32 = 2;
@@ -121,7 +120,7 @@ pub fn passes(scene: &Scene, setting: &Setting, [with, portals]: [bool; 2], repe
     let mut begin = 0.0;
     for pass in 0..PASSES {
         if pass == 1 {
-            begin = processor_time();
+            begin = 1e9 * processor::seconds();
         }
         for (place, pixel) in scene.points.iter().zip(&mut image) {
             let bsdf = Bsdf::new(setting.material, place);
@@ -154,11 +153,5 @@ pub fn passes(scene: &Scene, setting: &Setting, [with, portals]: [bool; 2], repe
         }
     }
     let points = (scene.points.len() * (PASSES as usize - 1)) as f64;
-    Ok((image, (processor_time() - begin) / points))
-}
-
-/// Nanoseconds that this thread has worked.
-pub fn processor_time() -> f64 {
-    let now = clock_gettime(ClockId::ThreadCPUTime);
-    now.tv_sec as f64 * 1e9 + now.tv_nsec as f64
+    Ok((image, (1e9 * processor::seconds() - begin) / points))
 }

@@ -4,6 +4,7 @@ use anyhow::Result;
 use wis_ffi_tests::cost::MODELS;
 use wis_ffi_tests::measure::FEW;
 use wis_ffi_tests::page::{Page, Part, Table, times};
+use wis_ffi_tests::statistics::geometric;
 
 /// The goal in penumbra and umbra.
 const GOAL: f64 = 1.5;
@@ -38,9 +39,8 @@ impl Cell {
 /// The geometric mean of gains, the lowest, and their number; none without any.
 fn mean(gains: impl Iterator<Item = f64>) -> Option<(f64, f64, usize)> {
     let gains: Vec<f64> = gains.collect();
-    let sum: f64 = gains.iter().map(|gain| gain.ln()).sum();
     let least = gains.iter().copied().fold(f64::INFINITY, f64::min);
-    (!gains.is_empty()).then(|| ((sum / gains.len() as f64).exp(), least, gains.len()))
+    (!gains.is_empty()).then(|| (geometric(gains.iter().copied()), least, gains.len()))
 }
 
 pub fn page(cells: &[Cell]) -> Result<Page> {

@@ -2,7 +2,6 @@
 //! then calls of other seeds are judged one by one, so that MIS needs no passes of its own.
 
 use crate::passes::cache::Cache;
-use crate::passes::processor_time;
 use anyhow::Result;
 use glam::Vec3;
 use wis_ffi_tests::client::{pixel_seed, raw};
@@ -13,6 +12,7 @@ use wis_ffi_tests::material::Bsdf;
 use wis_ffi_tests::measure::Truth;
 use wis_ffi_tests::method::Method;
 use wis_ffi_tests::peers::Peer;
+use wis_ffi_tests::processor;
 use wis_ffi_tests::scene::{Scene, ShadingPoint};
 use wis_ffi_tests::setting::{Setting, shadowed_and_not};
 
@@ -75,10 +75,10 @@ fn judged(
     for (model, (_, cost)) in MODELS.into_iter().enumerate() {
         let setting = setting.at(cost);
         for repeat in 0..REPEATS[model] {
-            let begin = processor_time();
+            let begin = 1e9 * processor::seconds();
             let each = scene.points.iter().map(|place| Ok([estimate(&setting, place, repeat)?; 2]));
             let estimates = each.collect::<Result<Vec<_>>>()?;
-            times[model] = f64::min(times[model], processor_time() - begin);
+            times[model] = f64::min(times[model], 1e9 * processor::seconds() - begin);
             if model == 0 {
                 let found = truth.errors(&estimates, 0);
                 errors = [errors[0] + found.absolute, errors[1] + found.relative];

@@ -2,10 +2,11 @@
 //! handles have room of their own, and blocks are as long as the size query says.
 
 use crate::count;
-use anyhow::{Result, ensure};
+use anyhow::Result;
 use std::collections::BTreeMap;
-use std::ffi::{CString, c_void};
+use std::ffi::c_void;
 use wis_fuzz::header::{Field, Function, Headers, Parameter, Scalar};
+use wis_fuzz::world::addresses;
 
 /// Values of parameters or fields by their names; addresses are below 2^47 and exact.
 pub type Values<'a> = Vec<(&'a str, f64)>;
@@ -18,7 +19,7 @@ type Any = unsafe extern "C" fn(u64, u64, u64, u64, u64, u64, f64, f64, u64, u64
 
 pub struct World {
     pub headers: Headers,
-    addresses: BTreeMap<String, *mut c_void>,
+    addresses: BTreeMap<String, usize>,
     only: String,
     counted: usize,
     blocks: Vec<Vec<u128>>,
@@ -41,18 +42,8 @@ enum Relation {
 
 impl World {
     pub fn new(library: &str, only: &str) -> Result<World> {
-        let (headers, path) = (Headers::read(), CString::new(library)?);
-        // SAFETY: the library has no initialisers.
-        let handle = unsafe { libc::dlopen(path.as_ptr(), libc::RTLD_NOW) };
-        ensure!(!handle.is_null(), "{library}: not a shared library");
-        let mut addresses = BTreeMap::new();
-        for function in &headers.functions {
-            let symbol = CString::new(function.name.as_str())?;
-            // SAFETY: the handle is open.
-            let address = unsafe { libc::dlsym(handle, symbol.as_ptr()) };
-            ensure!(!address.is_null(), "{library} has no {}", function.name);
-            addresses.insert(function.name.clone(), address);
-        }
+        let headers = Headers::read();
+        let addresses = addresses(library, &headers)?;
         let (kept, kept_blocks) = (BTreeMap::new(), Vec::new());
         let only = only.into();
         Ok(World { headers, addresses, only, counted: 0, blocks: Vec::new(), kept, kept_blocks, sizes: [0; 2] })
@@ -163,7 +154,7 @@ impl World {
         floats.resize(2, 0.0);
         let [a, b, c, d, e, f, g, h, i, j, k] = integers[..] else { panic!("{name} has more parameters") };
         // SAFETY: what is passed in the registers and on the stack is what the header declares; more does no harm.
-        let call = unsafe { std::mem::transmute::<*mut c_void, Any>(self.addresses[name]) };
+        let call = unsafe { std::mem::transmute::<*const c_void, Any>(self.addresses[name] as *const c_void) };
         // SAFETY: pointers are to what the header says.
         let run = || unsafe { call(a, b, c, d, e, f, floats[0], floats[1], g, h, i, j, k) };
         let answer = match label {

@@ -15,6 +15,25 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// Calls so far: what the watchdog sees move.
 pub static CALLS: AtomicU64 = AtomicU64::new(0);
 
+/// Where a shared library has the functions of the headers.
+///
+/// # Errors
+/// It is none, or lacks one.
+pub fn addresses(library: &str, headers: &Headers) -> Result<BTreeMap<String, usize>> {
+    let path = CString::new(library)?;
+    // SAFETY: the library has no initialisers.
+    let handle = unsafe { libc::dlopen(path.as_ptr(), libc::RTLD_NOW) };
+    ensure!(!handle.is_null(), "{library}: not a shared library");
+    let address = |function: &Function| {
+        let symbol = CString::new(function.name.as_str())?;
+        // SAFETY: the handle is open.
+        let address = unsafe { libc::dlsym(handle, symbol.as_ptr()) } as usize;
+        ensure!(address != 0, "{library} has no {}", function.name);
+        Ok((function.name.clone(), address))
+    };
+    headers.functions.iter().map(address).collect()
+}
+
 /// Everything that lasts longer than a call.
 pub struct World {
     pub headers: Headers,
@@ -37,18 +56,7 @@ impl World {
 
     pub fn new(library: &str) -> Result<World> {
         let headers = Headers::read();
-        let path = CString::new(library)?;
-        // SAFETY: the library has no initialisers.
-        let handle = unsafe { libc::dlopen(path.as_ptr(), libc::RTLD_NOW) };
-        ensure!(!handle.is_null(), "{library}: not a shared library");
-        let mut addresses = BTreeMap::new();
-        for function in &headers.functions {
-            let symbol = CString::new(function.name.as_str())?;
-            // SAFETY: the handle is open.
-            let address = unsafe { libc::dlsym(handle, symbol.as_ptr()) } as usize;
-            ensure!(address != 0, "{library} has no {}", function.name);
-            addresses.insert(function.name.clone(), address);
-        }
+        let addresses = addresses(library, &headers)?;
         let maps = World::CHECK + World::CHECKS;
         let memory = Memory::new(maps + Maps::REGIONS + Pool::REGIONS);
         let pool = Pool::new(maps + Maps::REGIONS);

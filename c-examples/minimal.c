@@ -9,9 +9,12 @@
 #define RAYS 4u
 #define HITS 4096u
 
+static wis_diagnostic fault; /* of calls on a sampler: wis_sampler_fault(sampler) */
+
 static void check(wis_status status) {
     if (status != WIS_OK) {
-        fprintf(stderr, "%s\n", wis_status_string(status));
+        const char *field = fault.field != NULL ? fault.field : "";
+        fprintf(stderr, "%s: argument %u %s\n", wis_status_string(status), (unsigned)fault.argument, field);
         exit(EXIT_FAILURE);
     }
 }
@@ -93,13 +96,13 @@ int main(void) {
     Reflected sum = {&point, 0.0};
 
     /* Once the light, in your memory; for each thread a sampler; for each material the shapes of its lobes. */
-    check(wis_environment_size(&light, &size, NULL));
+    check(wis_environment_size(&light, &size, &fault));
     void *memory = allocate(size.bytes), *scratch = allocate(size.scratch_bytes); /* scratch: for the build alone */
-    check(wis_environment_init(&light, memory, size.bytes, scratch, size.scratch_bytes, &environment, NULL));
-    check(wis_sampler_size(&config, &size, NULL));
+    check(wis_environment_init(&light, memory, size.bytes, scratch, size.scratch_bytes, &environment, &fault));
+    check(wis_sampler_size(&config, &size, &fault));
     void *sampler_memory = allocate(size.bytes);
-    check(wis_sampler_init(&config, sampler_memory, size.bytes, &sampler, NULL));
-    check(wis_material_init(&material, NULL));
+    check(wis_sampler_init(&config, sampler_memory, size.bytes, &sampler, &fault));
+    check(wis_material_init(&material, &fault));
     check(wis_sampler_begin_pixel(sampler)); /* for each pixel */
     point.seed = pixel;                      /* any number that tells pixels apart */
     point.material = &material;              /* at each hit, with normal, wo, and weight and f0 of each lobe */

@@ -109,7 +109,10 @@ uint32_t wis_version(void);
 #define WIS_ENVIRONMENT_PASSES 6 /**< The passes of a build that threads share. */
 #define WIS_FORMAT_F32 1 /**< 32-bit floats. */
 #define WIS_FORMAT_F16 2 /**< 16-bit floats. */
-#define WIS_FILTER_BILINEAR 0 /**< You interpolate between texel centres. Azimuth wraps, poles mirror, edges of cube and octahedron join. */
+
+/// You interpolate between texel centres. Azimuth wraps; beyond a pole rows go on half a turn further; faces join.
+#define WIS_FILTER_BILINEAR 0
+
 #define WIS_FILTER_NEAREST 1 /**< You take the texel that holds the direction. */
 #define WIS_ENVIRONMENT_ROWS_AT_POLES 1 /**< Lat-long: the first and the last row lie at the poles: theta = pi y / (height - 1). */
 #define WIS_ENVIRONMENT_EXACT_ZERO 2 /**< Black texels get pdf 0. Otherwise none counts as darker than 2^-16 of the mean. */
@@ -514,7 +517,8 @@ typedef struct wis_ints_in {
 } wis_ints_in;
 
 /// Numbers of all points: number `k` of point `i` stands `i * point + k * number` bytes behind `first`. Array of structures: point = sizeof
-/// the structure, number = 4. Structure of arrays: point = 4, number = bytes of a column.
+/// the structure, number = 4. Structure of arrays: point = 4, number = bytes of a column. Points that have a number in common are
+/// WIS_INVALID_ARGUMENT, unless all share all of them.
 typedef struct wis_floats_in {
   const float *first; /**< The first number of point 0; null where that is allowed. */
   ptrdiff_t point; /**< Bytes from a point to the next; 0: all points share these numbers. */

@@ -51,7 +51,9 @@ impl Status {
             Status::MemoryTooSmall => c"the memory is shorter than the size query said",
             Status::Misaligned => c"a pointer or stride is not aligned as documented",
             Status::Overflow => c"the requested sizes or the results overflow",
-            Status::InvalidTexel => c"a texel is NaN or infinite: the flag SANITISE of a light replaces it; or a pixel of a tree is negative",
+            Status::InvalidTexel => {
+                c"a texel is NaN or infinite: the flag SANITISE of a light replaces it; trees want 0 and more"
+            }
             Status::InvalidTransform => {
                 c"a matrix is no rotation or reflection, a direction not of unit length, or a tangent along the normal"
             }

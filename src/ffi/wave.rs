@@ -17,7 +17,8 @@ use crate::light::environment::Environment;
 use crate::status::{Error, Status};
 
 /// Numbers of all points: number `k` of point `i` stands `i * point + k * number` bytes behind `first`.
-/// Array of structures: point = sizeof the structure, number = 4. Structure of arrays: point = 4, number = bytes of a column.
+/// Array of structures: point = sizeof the structure, number = 4. Structure of arrays: point = 4, number = bytes of a column. Points that
+/// have a number in common are WIS_INVALID_ARGUMENT, unless all share all of them.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct FloatsIn {
@@ -107,15 +108,29 @@ pub struct DirectWave {
 const NUMBERS: usize = size_of::<Portal>() / size_of::<f32>();
 
 impl FloatsIn {
+    /// Checks `numbers` of each of `count` points.
     #[inline(never)]
-    fn check(&self, allowed_null: bool, field: &'static core::ffi::CStr) -> Checked<()> {
+    fn check(&self, allowed_null: bool, numbers: usize, count: usize, field: &'static core::ffi::CStr) -> Checked<()> {
         let fail = |status| Err(Error::new(status, 4).of(field));
         match (self.first.is_null(), self.first.is_aligned() && self.point % 4 == 0 && self.number % 4 == 0) {
             (true, _) if allowed_null => Ok(()),
             (true, _) => fail(Status::NullPointer),
             (_, false) => fail(Status::Misaligned),
+            _ if self.point != 0 && self.overlaps(numbers, count) => fail(Status::InvalidArgument),
             _ => Ok(()),
         }
+    }
+
+    /// Whether two points have a number in common: the strides p and n have the least common multiple |p| / g n, which |p| / g numbers of
+    /// one point and |n| / g points reach.
+    fn overlaps(&self, numbers: usize, count: usize) -> bool {
+        let (point, number) =
+            (self.point.unsigned_abs(), if self.number == 0 { 4 } else { self.number.unsigned_abs() });
+        let (mut g, mut rest) = (point, number);
+        while rest != 0 {
+            (g, rest) = (rest, g % rest);
+        }
+        point < g.saturating_mul(numbers) && number < g.saturating_mul(count)
     }
 
     /// # Safety
@@ -158,8 +173,8 @@ impl IntsIn {
 }
 
 impl FloatsOut {
-    fn check(&self, field: &'static core::ffi::CStr) -> Checked<()> {
-        FloatsIn { first: self.first, point: self.point, number: self.number }.check(false, field)?;
+    fn check(&self, numbers: usize, count: usize, field: &'static core::ffi::CStr) -> Checked<()> {
+        FloatsIn { first: self.first, point: self.point, number: self.number }.check(false, numbers, count, field)?;
         if self.point == 0 { Err(Error::new(Status::InvalidArgument, 4).of(field)) } else { Ok(()) }
     }
 
@@ -173,24 +188,24 @@ impl FloatsOut {
 }
 
 impl DirectWave {
-    fn check(&self) -> Checked<()> {
+    fn check(&self, count: usize) -> Checked<()> {
         if self.flags & !POINT_FLAGS != 0 {
             return Err(Error::new(Status::InvalidArgument, 4).of(c"flags"));
         }
-        self.normal.check(false, c"normal")?;
-        self.tangent.check(true, c"tangent")?;
-        self.wo.check(false, c"wo")?;
-        self.weight.check(true, c"weight")?;
-        self.f0.check(true, c"f0")?;
+        self.normal.check(false, 3, count, c"normal")?;
+        self.tangent.check(true, 3, count, c"tangent")?;
+        self.wo.check(false, 3, count, c"wo")?;
+        self.weight.check(true, 3, count, c"weight")?;
+        self.f0.check(true, 3, count, c"f0")?;
         self.material.check(true, c"material")?;
         self.seed.check(false, c"seed")?;
         self.sample.check(true, c"sample")?;
         self.bounce.check(true, c"bounce")?;
         self.visibility_key.check(true, c"visibility_key")?;
         self.portal_count.check(true, c"portal_count")?;
-        self.portal.check(self.portal_count.first.is_null(), c"portal")?;
-        self.position.check(true, c"position")?;
-        self.ray.check(c"ray")?;
+        self.portal.check(self.portal_count.first.is_null(), NUMBERS, count, c"portal")?;
+        self.position.check(true, 3, count, c"position")?;
+        self.ray.check((self.rays as usize).saturating_mul(4), count, c"ray")?;
         super::pointer(self.count, 4).map_err(|failure| failure.of(c"count"))?;
         if self.material_count > 0 {
             super::pointer(self.materials, 4).map_err(|failure| failure.of(c"materials"))?;
@@ -297,7 +312,7 @@ pub unsafe extern "C" fn wis_direct_wave(
             if count == 0 {
                 return Ok(());
             }
-            wave.check()?;
+            wave.check(count)?;
             if wave.rays > sampler.config().rays || wave.rays as usize > WIS_WAVE_RAYS {
                 return Err(Error::new(Status::InvalidArgument, 4).of(c"rays"));
             }

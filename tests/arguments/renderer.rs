@@ -115,6 +115,23 @@ fn portals() {
     check(&["wis_direct_wave"], "wave", faults);
 }
 
+/// Points of a wave whose numbers overlap: rays would be lost, and inputs are a mistake.
+#[test]
+fn waves() {
+    const fn short(wide: FloatsIn) -> FloatsIn {
+        FloatsIn { point: 4, number: 8, ..wide }
+    }
+    let faults: &[Fault<DirectWave>] = &[
+        ("ray", |w| w.ray.point = 4, INVALID),
+        ("ray", |w| w.ray.point = -28, INVALID),
+        ("ray", |w| (w.ray.point, w.ray.number) = (4, 8), INVALID),
+        ("ray", |w| w.ray.point = 0, INVALID),
+        ("wo", |w| w.wo = short(w.wo), INVALID),
+        ("weight", |w| w.weight = short(w.wo), INVALID),
+    ];
+    check(&["wis_direct_wave"], "wave", faults);
+}
+
 /// A comparison needs a BSDF that answers.
 #[test]
 fn compared_points() {

@@ -24,7 +24,7 @@ pub const WIS_FORMAT_F32: u32 = 1;
 /// 16-bit floats.
 pub const WIS_FORMAT_F16: u32 = 2;
 
-/// You interpolate between texel centres. Azimuth wraps, poles mirror, edges of cube and octahedron join.
+/// You interpolate between texel centres. Azimuth wraps; beyond a pole rows go on half a turn further; faces join.
 pub const WIS_FILTER_BILINEAR: u32 = 0;
 /// You take the texel that holds the direction.
 pub const WIS_FILTER_NEAREST: u32 = 1;

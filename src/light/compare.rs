@@ -5,7 +5,7 @@
 //! least error wins if it leaves almost none, also at the directions that are spread over the sphere, and also where it says that the
 //! renderer sees light: a frame that only moves a sun to plain sky explains nothing.
 
-use super::batch::pdf;
+use super::batch::{pdf, sample};
 use super::chart::Layout;
 use super::environment::Environment;
 use super::plan::Filter;
@@ -267,9 +267,9 @@ impl<'a> Map<'a> {
     #[inline(never)]
     fn drawn(&self, frame: &Frame, index: u32) -> [f32; 3] {
         // One by one, which takes less of the stack than a batch.
-        let (drawn, pdf) = self.light.sample::<f32>(frame, hammersley(index, HALF as u32));
+        let drawn = sample(&self.light, frame, hammersley(index, HALF as u32));
         // A black light has no samples.
-        if pdf > 0.0 { drawn } else { [0.0, 0.0, 1.0] }
+        if drawn.pdf > 0.0 { drawn.wi } else { [0.0, 0.0, 1.0] }
     }
 
     /// Luminance at world directions by a hypothesis.

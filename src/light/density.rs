@@ -9,7 +9,7 @@ pub use super::walk::clamp_u;
 use super::walk::{Floats, TOGETHER, Walk, floats, put, set, within};
 use crate::numeric::{self, ONE_MINUS_EPSILON};
 use crate::sample::Sample;
-use crate::simd::{Apart, Num, prefetch};
+use crate::simd::{Num, prefetch};
 use crate::sphere::{Frame, UNIT};
 use crate::status::{Result, Status};
 
@@ -44,42 +44,6 @@ pub fn unit<F: Num>([x, y, z]: [F; 3]) -> ([F; 3], F::Mask) {
     // The series of the reciprocal root about 1: within 3e-9 of it.
     let scale = F::splat(1.5) - F::splat(0.5) * squared + F::splat(0.375) * from_one * from_one;
     ([x * scale, y * scale, z * scale], unit)
-}
-
-/// World directions and their densities in the light alone, of the lanes of a walk from `first` on; and the bits of those that have to
-/// be settled.
-struct EndOfWalk<'a> {
-    light: &'a Light<'a>,
-    frame: &'a Frame,
-    walk: &'a Walk<'a, TOGETHER>,
-    numbers: &'a [Floats<TOGETHER>; 2],
-    first: usize,
-}
-
-impl<F: Num> Apart<F> for EndOfWalk<'_> {
-    type Output = ([F; 3], F, u32);
-
-    #[inline(always)]
-    fn run(self) -> ([F; 3], F, u32) {
-        let EndOfWalk { light, frame, walk, numbers, first } = self;
-        let (world, located, strayed) = light.to_world(frame, &walk.drawn::<F>(light, numbers, None, first));
-        (world, light.alone(&located), strayed)
-    }
-}
-
-/// [`Light::density`].
-struct DensityAlone<'a, F: Num> {
-    light: &'a Light<'a>,
-    d: [F; 3],
-}
-
-impl<F: Num> Apart<F> for DensityAlone<'_, F> {
-    type Output = F;
-
-    #[inline(always)]
-    fn run(self) -> F {
-        self.light.alone(&self.light.locate_here(self.d, false))
-    }
 }
 
 /// Replaces the samples of the lanes of which the bits are set.
@@ -128,15 +92,13 @@ impl Light<'_> {
         let mut step = FIRST_STEP;
         loop {
             let position = drawn.position.map(|x| x + (0.5 - x) * step);
-            let world = to_world(frame, drawn.patch.direction(self, position));
-            let map = to_map(frame, unit(world).0);
-            let (located, strayed) = self.relocate(map, &drawn);
-            if !strayed {
+            let (world, located, strayed) = self.to_world(frame, &Drawn { position, ..drawn });
+            if strayed == 0 {
                 return (world, located);
             }
             if step >= 1.0 {
                 // A patch smaller than what an f32 direction can tell apart.
-                return (world, self.locate(map, true));
+                return (world, self.locate(to_map(frame, unit(world).0), true));
             }
             step *= 2.0;
         }
@@ -174,8 +136,7 @@ impl Light<'_> {
             walk.down(self, &mut numbers, None, count);
             for (group, out) in out.chunks_mut(F::WIDTH).enumerate() {
                 let first = group * F::WIDTH;
-                let (world, pdf, mut strayed) =
-                    F::apart(EndOfWalk { light: self, frame, walk: &walk, numbers: &numbers, first });
+                let (world, pdf, mut strayed) = self.ended::<F>(frame, &walk, &numbers, first);
                 let (x, y, z, pdf) = (world[0].store(), world[1].store(), world[2].store(), pdf.store());
                 let lanes = x.as_ref().iter().zip(y.as_ref()).zip(z.as_ref()).zip(pdf.as_ref());
                 for (out, (((&x, &y), &z), &pdf)) in out.iter_mut().zip(lanes) {
@@ -190,6 +151,19 @@ impl Light<'_> {
                 }
             }
         }
+    }
+
+    /// World directions and their densities of the lanes of a walk from `first` on; and the bits of those that have to be settled.
+    #[inline(never)]
+    fn ended<F: Num>(
+        &self,
+        frame: &Frame,
+        walk: &Walk<'_, TOGETHER>,
+        numbers: &[Floats<TOGETHER>; 2],
+        first: usize,
+    ) -> ([F; 3], F, u32) {
+        let (world, located, strayed) = self.to_world(frame, &walk.drawn::<F>(self, numbers, None, first));
+        (world, self.alone(&located), strayed)
     }
 
     /// As [`Light::pdf`], for as many directions as there are: their walks go on side by side.
@@ -255,9 +229,9 @@ impl Light<'_> {
     }
 
     /// Densities of directions of map space of unit length in the light.
-    #[inline(always)]
+    #[inline(never)]
     pub fn density<F: Num>(&self, d: [F; 3]) -> F {
-        F::apart(DensityAlone { light: self, d })
+        self.alone(&self.locate_here(d, false, true))
     }
 
     /// Densities of world directions in the light; 0 for those that are not of unit length.

@@ -9,7 +9,7 @@ use super::tables::{Block, Cell, Light, decoded};
 use super::warp::PatchDensity;
 use crate::blob::Table;
 use crate::numeric::ONE_MINUS_EPSILON;
-use crate::simd::{Apart, GROUP, Num, prefetch};
+use crate::simd::{GROUP, Num, prefetch};
 
 /// A direction in map space.
 pub type Direction<F> = [F; 3];
@@ -78,9 +78,12 @@ impl<F: Num> Patches<F> {
 
 impl<F: Num> Located<F> {
     /// The numbers of the direction in its cell: along columns and along rows, each in [0, 1 - 2^-24].
-    #[inline(always)]
+    #[inline(never)]
     pub fn numbers(&self) -> [F; 2] {
-        F::apart(InCell { located: self })
+        let Located { patch, position, .. } = self;
+        let u = patch.shape.invert(*position);
+        let (first, last) = (F::splat(0.0), F::splat(ONE_MINUS_EPSILON));
+        [0, 1].map(|k: usize| (patch.start[k] + u[k] * patch.width[k]).max(first).min(last))
     }
 }
 
@@ -524,117 +527,6 @@ pub(super) struct FoundBlock {
     pub patch: [u32; 2],
 }
 
-/// [`Located::numbers`].
-struct InCell<'a, F: Num> {
-    located: &'a Located<F>,
-}
-
-impl<F: Num> Apart<F> for InCell<'_, F> {
-    type Output = [F; 2];
-
-    #[inline(always)]
-    fn run(self) -> [F; 2] {
-        let Located { patch, position, .. } = self.located;
-        let u = patch.shape.invert(*position);
-        let (first, last) = (F::splat(0.0), F::splat(ONE_MINUS_EPSILON));
-        [0, 1].map(|k: usize| (patch.start[k] + u[k] * patch.width[k]).max(first).min(last))
-    }
-}
-
-/// [`Light::sample_in`].
-struct Draw<'a, F: Num> {
-    light: &'a Light<'a>,
-    cells: F::Ints,
-    numbers: [F::Floats; 2],
-}
-
-impl<F: Num> Draw<'_, F> {
-    #[inline(always)]
-    fn walk<const N: usize>(&self) -> Drawn<F> {
-        let mut walk = Walk::<N>::new();
-        put(&mut walk.cell, 0, self.cells.as_ref());
-        let (mut numbers, mut of_cells) = ([[NUMBER; N]; 2], OfCells::<N>::new());
-        for (out, numbers) in numbers.iter_mut().zip(&self.numbers) {
-            put(out, 0, numbers.as_ref());
-        }
-        walk.down(self.light, &mut numbers, Some(&mut of_cells), F::WIDTH);
-        walk.drawn::<F>(self.light, &numbers, Some(&of_cells), 0)
-    }
-}
-
-impl<F: Num> Apart<F> for Draw<'_, F> {
-    type Output = Drawn<F>;
-
-    #[inline(always)]
-    fn run(self) -> Drawn<F> {
-        self.walk::<1>()
-    }
-}
-
-/// [`Light::locate`].
-struct Locate<'a, F> {
-    light: &'a Light<'a>,
-    direction: Direction<F>,
-    numbers: bool,
-    /// Whether a place without light moves over a border to one with light.
-    settles: bool,
-}
-
-impl<F: Num> Locate<'_, F> {
-    #[inline(always)]
-    fn walk<const N: usize>(&self) -> (Located<F>, Place<F>) {
-        let &Locate { light, direction, numbers, .. } = self;
-        let place = light.chart.place(direction);
-        let [columns, rows] = light.chart.axes;
-        let mut walk = Walk::<N>::new();
-        let [column, row] = [columns.patch(place.position[0]), rows.patch(place.position[1])];
-        walk.put_places::<F>(0, place.face.truncate(), [column, row]);
-        let mut of_cells = OfCells::<N>::new();
-        walk.at(light, if numbers { Some(&mut of_cells) } else { None }, F::WIDTH);
-        let of_cells = if numbers { Some(&of_cells) } else { None };
-        (within(&walk.patches::<F>(light, of_cells, 0), &place), place)
-    }
-
-    #[inline(always)]
-    fn find(&self) -> (Located<F>, Place<F>) {
-        match F::WIDTH {
-            1 => self.walk::<1>(),
-            4 => self.walk::<4>(),
-            _ => self.walk::<GROUP>(),
-        }
-    }
-}
-
-impl<F: Num> Apart<F> for Locate<'_, F> {
-    type Output = Located<F>;
-
-    #[inline(always)]
-    fn run(self) -> Located<F> {
-        let (located, place) = self.find();
-        let dark = self.light.dark_at_border(&located, &place);
-        if !self.settles || F::bits(dark) == 0 { located } else { self.beside(dark) }
-    }
-}
-
-impl<F: Num> Locate<'_, F> {
-    /// Moves the directions of dark lanes over the border, where light is beside.
-    #[cold]
-    #[inline(never)]
-    fn beside(&self, dark: F::Mask) -> Located<F> {
-        let mut moved = self.direction;
-        let mut lanes = F::bits(dark);
-        while lanes != 0 {
-            let lane = lanes.trailing_zeros() as usize;
-            lanes &= lanes - 1;
-            let of_lane = moved.map(|axis| axis.store().as_ref().get(lane).copied().unwrap_or(0.0));
-            for (axis, x) in moved.iter_mut().zip(self.light.lit_beside(of_lane)) {
-                set(axis, lane, x);
-            }
-        }
-        F::apart(Locate { light: self.light, direction: moved, numbers: self.numbers, settles: false })
-    }
-}
-
 /// A patch of a light.
 #[derive(Clone, Copy)]
 pub struct Patch {
@@ -688,26 +580,83 @@ impl<'a> Light<'a> {
     /// The places for numbers (column, row) in [0, 1 - 2^-24]^2 of cells.
     #[inline(always)]
     pub fn sample_in<F: Num>(&self, cells: F::Ints, numbers: [F; 2]) -> Drawn<F> {
-        let draw = Draw { light: self, cells, numbers: numbers.map(F::store) };
-        // One by one a result is short, and many need it.
+        let numbers = numbers.map(F::store);
         match F::WIDTH {
-            1 => F::apart(draw),
-            4 => draw.walk::<4>(),
-            _ => draw.walk::<GROUP>(),
+            1 => self.draw_one(cells, numbers),
+            4 => self.draw::<F, 4>(cells, numbers),
+            _ => self.draw::<F, GROUP>(cells, numbers),
         }
+    }
+
+    /// One by one a result is short, and many need it.
+    #[inline(never)]
+    fn draw_one<F: Num>(&self, cells: F::Ints, numbers: [F::Floats; 2]) -> Drawn<F> {
+        self.draw::<F, 1>(cells, numbers)
+    }
+
+    #[inline(always)]
+    fn draw<F: Num, const N: usize>(&self, cells: F::Ints, of_lanes: [F::Floats; 2]) -> Drawn<F> {
+        let mut walk = Walk::<N>::new();
+        put(&mut walk.cell, 0, cells.as_ref());
+        let (mut numbers, mut of_cells) = ([[NUMBER; N]; 2], OfCells::<N>::new());
+        for (out, numbers) in numbers.iter_mut().zip(&of_lanes) {
+            put(out, 0, numbers.as_ref());
+        }
+        walk.down(self, &mut numbers, Some(&mut of_cells), F::WIDTH);
+        walk.drawn::<F>(self, &numbers, Some(&of_cells), 0)
     }
 
     /// Where directions of unit length are, their densities within their cells, and, if `numbers`, what
     /// [`Located::numbers`] needs.
     #[inline(always)]
     pub fn locate<F: Num>(&self, direction: Direction<F>, numbers: bool) -> Located<F> {
-        F::apart(Locate { light: self, direction, numbers, settles: true })
+        self.locate_apart(direction, numbers, true)
     }
 
-    /// As [`Light::locate`], inside a larger function.
+    #[inline(never)]
+    fn locate_apart<F: Num>(&self, direction: Direction<F>, numbers: bool, settles: bool) -> Located<F> {
+        self.locate_here(direction, numbers, settles)
+    }
+
+    /// As [`Light::locate`], inside a larger function. `settles`: whether a place without light moves over a border to one with light.
     #[inline(always)]
-    pub(super) fn locate_here<F: Num>(&self, direction: Direction<F>, numbers: bool) -> Located<F> {
-        Locate { light: self, direction, numbers, settles: true }.run()
+    pub(super) fn locate_here<F: Num>(&self, direction: Direction<F>, numbers: bool, settles: bool) -> Located<F> {
+        let (located, place) = match F::WIDTH {
+            1 => self.find::<F, 1>(direction, numbers),
+            4 => self.find::<F, 4>(direction, numbers),
+            _ => self.find::<F, GROUP>(direction, numbers),
+        };
+        let dark = self.dark_at_border(&located, &place);
+        if !settles || F::bits(dark) == 0 { located } else { self.beside(direction, numbers, dark) }
+    }
+
+    #[inline(always)]
+    fn find<F: Num, const N: usize>(&self, direction: Direction<F>, numbers: bool) -> (Located<F>, Place<F>) {
+        let place = self.chart.place(direction);
+        let [columns, rows] = self.chart.axes;
+        let mut walk = Walk::<N>::new();
+        let [column, row] = [columns.patch(place.position[0]), rows.patch(place.position[1])];
+        walk.put_places::<F>(0, place.face.truncate(), [column, row]);
+        let mut of_cells = OfCells::<N>::new();
+        walk.at(self, if numbers { Some(&mut of_cells) } else { None }, F::WIDTH);
+        let of_cells = if numbers { Some(&of_cells) } else { None };
+        (within(&walk.patches::<F>(self, of_cells, 0), &place), place)
+    }
+
+    /// Moves the directions of dark lanes over the border, where light is beside.
+    #[cold]
+    #[inline(never)]
+    fn beside<F: Num>(&self, mut direction: Direction<F>, numbers: bool, dark: F::Mask) -> Located<F> {
+        let mut lanes = F::bits(dark);
+        while lanes != 0 {
+            let lane = lanes.trailing_zeros() as usize;
+            lanes &= lanes - 1;
+            let of_lane = direction.map(|axis| axis.store().as_ref().get(lane).copied().unwrap_or(0.0));
+            for (axis, x) in direction.iter_mut().zip(self.lit_beside(of_lane)) {
+                set(axis, lane, x);
+            }
+        }
+        self.locate_apart(direction, numbers, false)
     }
 
     /// The lanes without light from which rounding may lead a client over a border of their patches.
@@ -736,7 +685,7 @@ impl<'a> Light<'a> {
         let turned = [[x + turn, y, z], [x - turn, y, z], [x, y + turn, z], [x, y - turn, z]];
         let (mut brightest, mut found) = (0.0, direction);
         for moved in (0..8).map(corner).chain(turned) {
-            let located = f32::apart(Locate { light: self, direction: moved, numbers: false, settles: false });
+            let located = self.locate_apart::<f32>(moved, false, false);
             let density = self.alone(&located);
             if density > brightest {
                 (brightest, found) = (density, moved);

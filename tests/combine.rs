@@ -1,7 +1,7 @@
 //! Products of two or three trees, and weighted sums, as trees: against pixels, vectors, and through C.
 
 use crate::stored;
-use crate::stored::{EPS, Random, Stored, cases, doubles, floats, integer};
+use crate::stored::{EPS, Random, Stored, array, cases, doubles, floats, integer, number};
 use crate::support::{BuiltTree, Memory, pixel_config, tree_config};
 use std::ffi::c_void;
 use std::ptr::{null, null_mut};
@@ -181,6 +181,45 @@ fn averages_are_those_of_the_vectors() {
         }
         let expected = doubles(&case["averages"][0])[0];
         assert!((signed - expected).abs() <= 3.0 * EPS * absolute, "{signed} for {expected}");
+    }
+}
+
+fn check_points<const N: usize>(case: &serde_json::Value) {
+    let (m, depth) = (integer(&case["m"]), integer(&case["L"]));
+    let [e, f] = [(N as u32, "E"), (m, "F")].map(|(axes, image)| Client::new(axes, depth, 0.0, &floats(&case[image])));
+    let product = Client::product(&e, &f, None);
+    let integral = number(&case["integral"]);
+    assert!((product.info.average / integral - 1.0).abs() < 1e-14);
+    assert!((e.product_integral(&f) / integral - 1.0).abs() < 1e-14);
+    for point in case["points"].as_array().unwrap() {
+        let u = array::<N>(&doubles(&point["x"])).map(|x| (x / 16_777_216.0) as f32);
+        let (sampled, pdf) = product.sample(u);
+        let cell = stored::pixel_of(sampled, depth);
+        if number(&point["margin"]) <= 1.0 / 1_048_576.0 {
+            continue;
+        }
+        let axis_prob: [f64; N] = array(&doubles(&point["axis_prob"]));
+        for axis in 0..N {
+            assert_eq!(f64::from(cell[axis]), doubles(&point["cell"])[axis]);
+            let cells = f64::from(1u32 << depth);
+            let error = f64::from(sampled[axis]) * cells - f64::from(cell[axis]) - doubles(&point["offset"])[axis];
+            assert!(error.abs() <= 16.0 * EPS / axis_prob[axis] + EPS * cells, "{point} {error}");
+        }
+        let least = axis_prob.iter().copied().fold(1.0, f64::min);
+        let bound = (4.0 * N as f64 * f64::from(depth) + N as f64 / least) * EPS;
+        assert!((f64::from(pdf) / number(&point["pdf"]) - 1.0).abs() <= bound);
+    }
+}
+
+#[test]
+fn points_of_the_product_are_those_of_the_vectors() {
+    for case in cases("warp_product.json") {
+        match integer(&case["n"]) {
+            1 => check_points::<1>(&case),
+            2 => check_points::<2>(&case),
+            3 => check_points::<3>(&case),
+            _ => check_points::<4>(&case),
+        }
     }
 }
 

@@ -2,7 +2,6 @@
 
 mod combine;
 mod hard;
-mod inner;
 mod ranges;
 mod rotated;
 mod sparse;

@@ -34,47 +34,6 @@ fn cell_width(depth: u32) -> f32 {
     1.0 / (1u32 << (depth & 31)) as f32
 }
 
-/// What the warp descends: nodes with one mass per child, to a fixed depth. Where a node has no child node the
-/// density is constant down to that depth.
-pub trait Hierarchy<const C: usize> {
-    /// A node with children.
-    type Node: Copy;
-    /// Cells per axis are 2^depth; at most [`MAX_DEPTH`].
-    fn depth(&self) -> u32;
-    /// Whether the whole has any mass.
-    fn has_mass(&self) -> bool;
-    /// The node of the unit cube; `None` where the density is constant.
-    fn root(&self) -> Option<Self::Node>;
-    /// The masses of the children, each in [0, 2^120], in one unit.
-    fn masses(&self, node: Self::Node) -> [f32; C];
-    /// The node of child `c`; `None` where the density is constant.
-    fn child(&self, node: Self::Node, c: u32) -> Option<Self::Node>;
-}
-
-impl<const C: usize> Hierarchy<C> for Tree<'_, C> {
-    type Node = u32;
-
-    fn depth(&self) -> u32 {
-        Tree::depth(self)
-    }
-
-    fn has_mass(&self) -> bool {
-        self.average() > 0.0
-    }
-
-    fn root(&self) -> Option<u32> {
-        self.root_square()
-    }
-
-    fn masses(&self, square: u32) -> [f32; C] {
-        self.children(square)
-    }
-
-    fn child(&self, square: u32, c: u32) -> Option<u32> {
-        self.child_square(square, c)
-    }
-}
-
 /// A point of the unit cube and its density with respect to the cube.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample<const N: usize> {
@@ -85,48 +44,48 @@ pub struct Sample<const N: usize> {
 }
 
 /// Warps `u` (clamped by [`clamp_u`]) into the distribution. `None` if the whole has no mass.
-pub fn sample<const C: usize, const N: usize, H: Hierarchy<C>>(hierarchy: &H, u: [f32; N]) -> Option<Sample<N>> {
+pub fn sample<const C: usize, const N: usize>(tree: &Tree<C>, u: [f32; N]) -> Option<Sample<N>> {
     const { assert!(C == 1 << N, "a square of n axes has 2^n children") };
-    if !hierarchy.has_mass() {
+    if !(tree.average() > 0.0) {
         return None;
     }
-    let (point, pdf) = descend(hierarchy, hierarchy.root(), Cell::UNIT, u.map(clamp_u));
+    let (point, pdf) = descend(tree, tree.root_square(), Cell::UNIT, u.map(clamp_u));
     Some(Sample { point, pdf })
 }
 
 /// Warps the point at offset `u` inside `cell`, whose node is `node`: the point of the cube, and its density times
 /// the volume of the cell over the probability of the cell.
 #[inline]
-fn descend<const C: usize, const N: usize, H: Hierarchy<C>>(
-    hierarchy: &H,
-    node: Option<H::Node>,
+fn descend<const C: usize, const N: usize>(
+    tree: &Tree<C>,
+    node: Option<u32>,
     cell: Cell<N>,
     u: [f32; N],
 ) -> ([f32; N], f32) {
     let (mut node, mut cell, mut u, mut pdf) = (node, cell, u, 1.0);
-    while let (Some(here), true) = (node, cell.level < hierarchy.depth()) {
-        let child = Splits::new(hierarchy.masses(here)).take(&mut u, &mut pdf);
+    while let (Some(here), true) = (node, cell.level < tree.depth()) {
+        let child = Splits::new(tree.children(here)).take(&mut u, &mut pdf);
         cell = cell.child(child);
-        node = hierarchy.child(here, child);
+        node = tree.child_square(here, child);
     }
-    (cell.place(u, hierarchy.depth()), pdf)
+    (cell.place(u, tree.depth()), pdf)
 }
 
 /// The density at a point, coordinates clamped by [`clamp_u`]: the bits that [`sample`] returns with it.
-pub fn pdf<const C: usize, const N: usize, H: Hierarchy<C>>(hierarchy: &H, point: [f32; N]) -> f32 {
+pub fn pdf<const C: usize, const N: usize>(tree: &Tree<C>, point: [f32; N]) -> f32 {
     const { assert!(C == 1 << N, "a square of n axes has 2^n children") };
-    if !hierarchy.has_mass() {
+    if !(tree.average() > 0.0) {
         return 0.0;
     }
-    let depth = hierarchy.depth();
+    let depth = tree.depth();
     let cells = point.map(|y| locate(clamp_u(y), depth).0);
     let mut pdf = 1.0;
-    let mut node = hierarchy.root();
+    let mut node = tree.root_square();
     for level in 0..depth {
         let Some(here) = node else { break };
         let child = child_of(cells, depth - 1 - level);
-        Splits::new(hierarchy.masses(here)).multiply_density::<N>(child, &mut pdf);
-        node = hierarchy.child(here, child);
+        Splits::new(tree.children(here)).multiply_density::<N>(child, &mut pdf);
+        node = tree.child_square(here, child);
     }
     pdf
 }
@@ -136,26 +95,26 @@ pub fn pdf<const C: usize, const N: usize, H: Hierarchy<C>>(hierarchy: &H, point
 ///
 /// # Errors
 /// [`Status::ZeroDensity`] where the density is 0.
-pub fn invert<const C: usize, const N: usize, H: Hierarchy<C>>(hierarchy: &H, point: [f32; N]) -> Result<[f32; N]> {
+pub fn invert<const C: usize, const N: usize>(tree: &Tree<C>, point: [f32; N]) -> Result<[f32; N]> {
     let point = point.map(clamp_u);
-    if pdf(hierarchy, point) <= 0.0 {
+    if pdf(tree, point) <= 0.0 {
         return Err(Status::ZeroDensity);
     }
-    let depth = hierarchy.depth();
+    let depth = tree.depth();
     let cells = point.map(|y| locate(y, depth).0);
     let mut path = [None; MAX_DEPTH as usize];
     let mut leaf_level = 0;
-    let mut node = hierarchy.root();
+    let mut node = tree.root_square();
     for (level, step) in (0..depth).zip(&mut path) {
         let Some(here) = node else { break };
         let child = child_of(cells, depth - 1 - level);
         *step = Some((here, child));
-        node = hierarchy.child(here, child);
+        node = tree.child_square(here, child);
         leaf_level = level + 1;
     }
     let mut u = point.map(|y| locate(y, leaf_level).1);
     for (here, child) in path.iter().rev().flatten() {
-        Splits::new(hierarchy.masses(*here)).undo(*child, &mut u);
+        Splits::new(tree.children(*here)).undo(*child, &mut u);
     }
     Ok(u)
 }
@@ -167,8 +126,8 @@ pub fn invert<const C: usize, const N: usize, H: Hierarchy<C>>(hierarchy: &H, po
 /// # Errors
 /// [`Status::InvalidArgument`] if the lengths differ, [`Status::ZeroDensity`] if the whole has no mass; nothing is
 /// changed then.
-pub fn warp_in_place<const C: usize, const N: usize, H: Hierarchy<C>>(
-    hierarchy: &H,
+pub fn warp_in_place<const C: usize, const N: usize>(
+    tree: &Tree<C>,
     points: &mut [[f32; N]],
     index: &mut [u32],
 ) -> Result<()> {
@@ -176,60 +135,55 @@ pub fn warp_in_place<const C: usize, const N: usize, H: Hierarchy<C>>(
     if points.len() != index.len() {
         return Err(Status::InvalidArgument);
     }
-    if !hierarchy.has_mass() {
+    if !(tree.average() > 0.0) {
         return Err(Status::ZeroDensity);
     }
     points.iter_mut().flatten().for_each(|u| *u = clamp_u(*u));
-    warp_square(hierarchy, hierarchy.root(), Cell::UNIT, Batch { points, index });
+    warp_square(tree, tree.root_square(), Cell::UNIT, Batch { points, index });
     Ok(())
 }
 
-/// Warps the points of one square; recursion ends at the depth of the hierarchy, at most 12 squares deep.
-fn warp_square<const C: usize, const N: usize, H: Hierarchy<C>>(
-    hierarchy: &H,
-    node: Option<H::Node>,
-    cell: Cell<N>,
-    batch: Batch<N>,
-) {
+/// Warps the points of one square; recursion ends at the depth of the tree, at most 12 squares deep.
+fn warp_square<const C: usize, const N: usize>(tree: &Tree<C>, node: Option<u32>, cell: Cell<N>, batch: Batch<N>) {
     let (here, Batch { mut points, mut index }) = match (node, batch.points.len()) {
-        (Some(here), 2..) if cell.level < hierarchy.depth() => (here, batch),
-        _ => return warp_points(hierarchy, node, cell, batch.points),
+        (Some(here), 2..) if cell.level < tree.depth() => (here, batch),
+        _ => return warp_points(tree, node, cell, batch.points),
     };
-    let counts = split_square(hierarchy, here, Batch { points: &mut *points, index: &mut *index });
+    let counts = split_square(tree, here, Batch { points: &mut *points, index: &mut *index });
     for (child, &count) in (0..).zip(&counts) {
         let (own_points, other_points) = points.split_at_mut_checked(count).unwrap_or_default();
         let (own_index, other_index) = index.split_at_mut_checked(count).unwrap_or_default();
         (points, index) = (other_points, other_index);
         if count > 0 {
             let own = Batch { points: own_points, index: own_index };
-            warp_square(hierarchy, hierarchy.child(here, child), cell.child(child), own);
+            warp_square(tree, tree.child_square(here, child), cell.child(child), own);
         }
     }
 }
 
 /// Warps points of a square one by one: a single point goes down alone, and where the density is constant all stay.
 #[inline(never)]
-fn warp_points<const C: usize, const N: usize, H: Hierarchy<C>>(
-    hierarchy: &H,
-    node: Option<H::Node>,
+fn warp_points<const C: usize, const N: usize>(
+    tree: &Tree<C>,
+    node: Option<u32>,
     cell: Cell<N>,
     points: &mut [[f32; N]],
 ) {
     match points {
-        [point] => *point = descend(hierarchy, node, cell, *point).0,
-        points => points.iter_mut().for_each(|point| *point = cell.place(*point, hierarchy.depth())),
+        [point] => *point = descend(tree, node, cell, *point).0,
+        points => points.iter_mut().for_each(|point| *point = cell.place(*point, tree.depth())),
     }
 }
 
 /// Splits the points of a square axis by axis, so that those of one child stand together, in the order of children. Answers how many
 /// each child has. Not inlined: of its stack nothing is left while the children are warped.
 #[inline(never)]
-fn split_square<const C: usize, const N: usize, H: Hierarchy<C>>(
-    hierarchy: &H,
-    here: H::Node,
+fn split_square<const C: usize, const N: usize>(
+    tree: &Tree<C>,
+    here: u32,
     Batch { points, index }: Batch<N>,
 ) -> [usize; C] {
-    let splits = Splits::new(hierarchy.masses(here));
+    let splits = Splits::new(tree.children(here));
     // Of each part how many points it has; parts double with each axis.
     let mut counts = [0; C];
     if let Some(all) = counts.first_mut() {

@@ -72,19 +72,19 @@ impl Light<'_> {
     #[inline(always)]
     pub fn to_world<F: Num>(&self, frame: &Frame, drawn: &Drawn<F>) -> ([F; 3], Located<F>, u32) {
         let (world, position, density, strayed) =
-            if F::WIDTH == 1 { self.to_world_apart(frame, drawn) } else { self.to_world_here(frame, drawn) };
+            if F::WIDTH == 1 { self.in_world_apart(frame, drawn) } else { self.in_world_here(frame, drawn) };
         (world, Located { patch: drawn.patch, position, density }, strayed)
     }
 
     /// One by one many need it.
     #[inline(never)]
-    fn to_world_apart<F: Num>(&self, frame: &Frame, drawn: &Drawn<F>) -> ([F; 3], [F; 2], F, u32) {
-        self.to_world_here(frame, drawn)
+    fn in_world_apart<F: Num>(&self, frame: &Frame, drawn: &Drawn<F>) -> ([F; 3], [F; 2], F, u32) {
+        self.in_world_here(frame, drawn)
     }
 
     /// The directions, their positions in the patches, their densities there, and the bits of those that strayed.
     #[inline(always)]
-    fn to_world_here<F: Num>(&self, frame: &Frame, drawn: &Drawn<F>) -> ([F; 3], [F; 2], F, u32) {
+    fn in_world_here<F: Num>(&self, frame: &Frame, drawn: &Drawn<F>) -> ([F; 3], [F; 2], F, u32) {
         let world = to_world(frame, self.direction_of(drawn));
         let (Located { position, density, .. }, strayed) = self.relocate(to_map(frame, unit(world).0), drawn);
         (world, position, density, F::bits(strayed))

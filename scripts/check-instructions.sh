@@ -16,16 +16,16 @@ direct  1  lambert 256  2700 3159 3097 11395
 direct  1  ggx     256  3600 4975 4877 20487
 direct  1  lambert 1024 2700 3161 3099 11076
 direct  1  ggx     1024 3600 4979 4881 19891
-prepare 1  lambert 1024 6500 8581 8413 18787
-prepare 1  ggx     1024 16000 26819 26293 32227
-sample  1  lambert 1024 1200 2638 2586 3213
-sample  1  ggx     1024 1200 2979 2921 3564
-pdf     1  lambert 1024 800 1801 1766 2283
-pdf     1  ggx     1024 800 2110 2069 2557
-sample  64 lambert 1024 500   882 865 1098
-sample  64 ggx     1024 500   1021 1001 1260
-pdf     64 lambert 1024 300   617 605 685
-pdf     64 ggx     1024 300   689 675 758
+prepare 1  lambert 1024 6500 8343 8180 18787
+prepare 1  ggx     1024 16000 25015 24525 32227
+sample  1  lambert 1024 1200 2601 2550 3213
+sample  1  ggx     1024 1200 2943 2886 3564
+pdf     1  lambert 1024 800 1759 1725 2283
+pdf     1  ggx     1024 800 2068 2028 2557
+sample  64 lambert 1024 500   877 860 1098
+sample  64 ggx     1024 500   1021 1003 1260
+pdf     64 lambert 1024 300   614 602 685
+pdf     64 ggx     1024 300   685 672 758
 "
 # Calls that are counted, and those whose lines are: their mean is printed.
 calls=64

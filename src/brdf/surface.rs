@@ -285,7 +285,8 @@ impl Surface {
             let [x, y, z] = local.local(d);
             [x, y, if whole { z } else { z.abs() }]
         };
-        out.fill(if self.count == 0 { 1.0 } else { 0.0 });
+        let none = if self.count == 0 { 1.0 } else { 0.0 };
+        replace(d, out, |_: F, _| F::splat(none));
         // Copies: what is written must not be what is read here, or it would be read for each register again.
         for &lobe in self.lobes() {
             let constant = F::splat(lobe.fresnel[0]);

@@ -55,7 +55,7 @@ fn checked(config: &GridConfig, argument: u32) -> Checked<Config> {
         0 => DIVIDED,
         divided => divided,
     };
-    Ok(Config { divided, cone: config.cone, ..Config::default() })
+    Ok(Config { divided, cone: config.cone })
 }
 
 /// Measures the memory of one product at most: 4.0 kB, without division 2.0 kB, with 24 divided cells 8.0 kB. Work: constant.

@@ -124,13 +124,10 @@ fn words([upper, lower]: &Leaves, lane: usize) -> [u32; 2] {
 fn directions_are_sound(header: &Header, frame: &Frame) -> bool {
     let (Some(normal), Some(wo)) = (unit(header.normal), unit(header.wo)) else { return false };
     let [t, b, n] = header.axes.map(glam::Vec3::from_array);
-    let [tx, ty, tz] = t.to_array();
-    let [bx, by, bz] = b.to_array();
-    let [nx, ny, nz] = n.to_array();
     let view = frame.to_map(wo);
     let along = [view.dot(t), view.dot(b), view.dot(n)];
     let near = |a: f32, b: f32| (a - b).abs() < APART;
-    Frame::new(&[tx, ty, tz, bx, by, bz, nx, ny, nz]).is_some()
+    Frame::new(bytemuck::cast_ref(&header.axes)).is_some()
         && near(frame.to_map(normal).dot(n).abs(), 1.0)
         && along.iter().zip(header.local_wo).all(|(&a, b)| near(a, b))
         && (0.0..=1.0).contains(&header.cone)
@@ -142,16 +139,15 @@ fn lobes_are_sound(header: &Header) -> bool {
     let mut drawn = 0.0;
     let [.., cosine] = header.local_wo;
     for lobe in header.lobe.iter().take(count) {
-        let sound = |kind| Shape { kind, a: lobe.a, b: lobe.b, eta: lobe.eta }.invalid().is_none();
+        let Some(kind) = Kind::from_code(lobe.kind) else { return false };
+        let shape = Shape { kind, a: lobe.a, b: lobe.b, eta: lobe.eta };
         let shares = [lobe.scattered, lobe.share];
         if !lobe.refracting.is_sound()
-            || !Kind::from_code(lobe.kind).is_some_and(sound)
+            || shape.invalid().is_some()
             || !shares.iter().all(|s| (0.0..=1.0).contains(s))
+            // From below no microfacet is visible.
+            || kind.is_ggx() && lobe.share > 0.0 && !(cosine > 0.0)
         {
-            return false;
-        }
-        // From below no microfacet is visible.
-        if Kind::from_code(lobe.kind).is_some_and(Kind::is_ggx) && lobe.share > 0.0 && !(cosine > 0.0) {
             return false;
         }
         drawn += lobe.share;

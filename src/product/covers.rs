@@ -1,7 +1,7 @@
 //! Whether a product may serve another hit of the same environment: how well it fits, never whether results are right on average.
 
 use super::peak::width;
-use super::stored::{COSINE_INCLUDED, Header, WHOLE_SPHERE};
+use super::stored::{Header, flags};
 use crate::brdf::material::Shape;
 use crate::brdf::point::Point;
 use crate::brdf::surface::shares;
@@ -23,8 +23,7 @@ impl Header {
     /// Whether a hit's normal lies within the cone, its lobes are of the same kinds and about as wide, none has a much larger share of
     /// what is scattered than at the product, and it is seen from about the same side.
     pub fn covers(&self, point: &Point<'_>) -> bool {
-        let flags = (if point.whole_sphere || point.material.transmits() { WHOLE_SPHERE } else { 0 })
-            | if point.cosine_included { COSINE_INCLUDED } else { 0 };
+        let flags = flags(point.whole_sphere || point.material.transmits(), point.cosine_included);
         let lobes = point.material.lobes();
         if flags != self.flags || lobes.len() != self.lobes as usize {
             return false;

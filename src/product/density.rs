@@ -14,7 +14,7 @@ use crate::light::tables::{Light, Located, decoded};
 use crate::light::warp::{PatchDensity, Profiles};
 use crate::numeric::{ONE_MINUS_EPSILON, min};
 use crate::sample::Sample;
-use crate::simd::{Apart, GROUP, Num, Whole};
+use crate::simd::{GROUP, Num, Whole};
 use crate::sphere::Frame;
 
 /// A product with the light that it was prepared for.
@@ -98,20 +98,15 @@ impl<'a> Shaded<'a> {
     /// The integral of the light's colour x luminance of BRDF x cosine, from the colours and the power of the light.
     pub fn colour(&self, colours: &[[f32; 3]]) -> [f32; 3] {
         let mut sum = [0.0f64; 3];
-        let middle = |leaf: &Leaf<f32>| mean(leaf.words.map(|words| f32::ints_of(words)[0])) / STORED_ONE;
         for (cell, colour) in (0..).zip(colours) {
-            let mut mean = 0.0f64;
-            let (mut v, mut down) = (0.0, 0.0);
-            // Part by part; a cell that is not divided is one part.
-            while v < 1.0 {
-                let mut w = 0.0;
-                while w < 1.0 {
-                    let leaf = self.leaf_at::<f32>(f32::whole([cell]), [w, v]);
-                    mean += f64::from(middle(&leaf) * leaf.width(0) * leaf.width(1));
-                    (w, down) = (leaf.end[0], leaf.end[1]);
-                }
-                v = down;
-            }
+            let (leaf, divided) = self.cell::<f32>(f32::whole([cell]));
+            let divided = divided.and_then(|(_, number)| self.product.divided().get(f32::ints_of(number)[0] as usize));
+            // What all parts of a cell have in the mean stands behind the last of its rows.
+            let mean = match divided {
+                Some(divided) => divided.ends[0][PARTS - 1],
+                None => mean(leaf.words.map(|words| f32::ints_of(words)[0])),
+            };
+            let mean = f64::from(mean / STORED_ONE);
             for (sum, &c) in sum.iter_mut().zip(colour) {
                 *sum += mean * f64::from(c);
             }
@@ -181,21 +176,18 @@ impl<'a> Shaded<'a> {
 
     /// The leaves that hold the numbers (w, v) of cells.
     #[inline(always)]
-    fn leaf_at<F: Num>(&self, cell: F::Whole, numbers: [F; 2]) -> Leaf<F> {
-        F::apart(LeafAt { shaded: self, cell, numbers })
-    }
-
-    #[inline(always)]
-    fn leaf_here<F: Num>(&self, cell: F::Whole, [w, v]: [F; 2]) -> Leaf<F> {
-        let (leaf, divided) = self.cell::<F>(cell);
-        let Some((divided, number)) = divided else { return leaf };
-        let one = F::splat(1.0);
-        let place = |[a, b, c]: [F; 3], x: F| F::only(a.le(x), one) + F::only(b.le(x), one) + F::only(c.le(x), one);
-        let first = number * F::Whole::splat(QUADS as u32);
-        let rows = self.borders::<F>(first);
-        let row = place(rows, v);
-        let columns = self.borders::<F>(plus::<F>(first, 1) + row.to_whole());
-        Self::either(divided, &self.part(number, [place(columns, w), row], [columns, rows]), &leaf)
+    fn leaf_at<F: Num>(&self, cell: F::Whole, [w, v]: [F; 2]) -> Leaf<F> {
+        F::apart(move || {
+            let (leaf, divided) = self.cell::<F>(cell);
+            let Some((divided, number)) = divided else { return leaf };
+            let one = F::splat(1.0);
+            let place = |[a, b, c]: [F; 3], x: F| F::only(a.le(x), one) + F::only(b.le(x), one) + F::only(c.le(x), one);
+            let first = number * F::Whole::splat(QUADS as u32);
+            let rows = self.borders::<F>(first);
+            let row = place(rows, v);
+            let columns = self.borders::<F>(plus::<F>(first, 1) + row.to_whole());
+            Self::either(divided, &self.part(number, [place(columns, w), row], [columns, rows]), &leaf)
+        })
     }
 
     /// The cells that `u` leads to, the leaves in them, and what is left of `u`.
@@ -274,8 +266,20 @@ impl<'a> Shaded<'a> {
     /// for them.
     #[inline(always)]
     pub fn draw_grid<F: Num>(&self, frame: &Frame, u: [F; 2]) -> ([F; 3], (F, F)) {
-        let FromGrid { world, pdf, light, .. } = F::apart(SampleGrid { shaded: self, frame, u, mixed: false });
+        let FromGrid { world, pdf, light, .. } = self.grid_sample(frame, u, false);
         (self.light.valid(frame, world).0, (pdf, light))
+    }
+
+    /// What numbers of the grid lead to. `mixed`: densities are those of the product; else those of its grid alone.
+    #[inline(always)]
+    fn grid_sample<F: Num>(&self, frame: &Frame, u: [F; 2], mixed: bool) -> FromGrid<F> {
+        F::apart(move || {
+            let (cells, numbers, leaf) = self.cells(u);
+            let (world, located, strayed) = self.light.to_world(frame, &self.light.sample_in::<F>(cells, numbers));
+            let grid = self.grid(&located, Some(&leaf));
+            let pdf = if mixed { self.with_lobes(frame, world, grid) } else { grid };
+            FromGrid { world, pdf, light: self.light.alone(&located), strayed }
+        })
     }
 
     /// The densities of directions of map space, of unit length, by the grid and in the light.
@@ -304,8 +308,7 @@ impl<'a> Shaded<'a> {
     /// World directions for numbers of the grid, and their densities.
     #[inline(always)]
     fn sample_grid<F: Num>(&self, frame: &Frame, u: [F; 2]) -> ([F; 3], F) {
-        let sample = SampleGrid { shaded: self, frame, u, mixed: true };
-        let FromGrid { mut world, mut pdf, strayed, .. } = F::apart(sample);
+        let FromGrid { mut world, mut pdf, strayed, .. } = self.grid_sample(frame, u, true);
         settle_lanes(u, strayed, &mut world, &mut pdf, |u| self.settled(frame, u));
         (world, pdf)
     }
@@ -332,32 +335,20 @@ impl<'a> Shaded<'a> {
     /// World directions for numbers of the narrow lobes, and their densities.
     #[inline(always)]
     fn sample_peak<F: Num>(&self, frame: &Frame, peak: &Peak<'_>, u: [F; 2]) -> ([F; 3], F) {
-        let world = to_world(frame, peak.sample(u));
-        let pdf = self.pdf(frame, world);
+        let mut world = to_world(frame, peak.sample(u));
+        let mut pdf = self.pdf(frame, world);
         // Rounding may lose a direction at the very border of a lobe: of such numbers, a few of 2^24, the grid makes something.
-        let mut lost = F::bits(pdf.le(F::splat(0.0)));
-        if lost == 0 {
-            return (world, pdf);
-        }
-        let (mut lanes, u) = ([world[0].store(), world[1].store(), world[2].store(), pdf.store()], u.map(F::store));
-        while lost != 0 {
-            let lane = lost.trailing_zeros() as usize;
-            lost &= lost - 1;
-            let of = |lanes: &F::Floats| lanes.as_ref().get(lane).copied().unwrap_or(0.0);
-            let ([x, y, z], pdf) = self.regain(frame, [of(&u[0]), of(&u[1])]);
-            for (lanes, x) in lanes.iter_mut().zip([x, y, z, pdf]) {
-                put(lanes.as_mut(), lane, x);
-            }
-        }
-        let [x, y, z, pdf] = lanes.map(F::load);
-        ([x, y, z], pdf)
+        let lost = F::bits(pdf.le(F::splat(0.0)));
+        settle_lanes(u, lost, &mut world, &mut pdf, |u| self.regain(frame, u));
+        (world, pdf)
     }
 
     /// What the grid makes of numbers.
     #[cold]
     #[inline(never)]
-    fn regain(&self, frame: &Frame, u: [f32; 2]) -> ([f32; 3], f32) {
-        self.sample_grid::<f32>(frame, u)
+    fn regain(&self, frame: &Frame, u: [f32; 2]) -> Sample {
+        let (wi, pdf) = self.sample_grid::<f32>(frame, u);
+        Sample { wi, pdf }
     }
 
     /// The `u` that leads to a world direction of unit length, through the grid: as [`Light::invert`].
@@ -449,42 +440,31 @@ impl Density for Shaded<'_> {
         let Some(peak) = &self.peak else { return each_register(u, out, |u| self.sample::<F>(frame, u)) };
         let share = peak.share();
         for (u, out) in u.chunks(TOGETHER).zip(out.chunks_mut(TOGETHER)) {
-            let count = u.len().min(out.len());
-            let (mut order, mut behind_grid, mut first_of_peak) = ([0u8; TOGETHER], 0, count);
-            for (number, &[first, _]) in (0..).zip(u).take(count) {
-                let place = if clamp_u(first) < share {
-                    first_of_peak -= 1;
-                    first_of_peak
-                } else {
-                    behind_grid += 1;
-                    behind_grid - 1
-                };
-                put(&mut order, place, number);
-            }
-            let mut first = 0;
-            while first < count {
-                let from_peak = first >= behind_grid;
-                let end = (first + F::WIDTH).min(if from_peak { count } else { behind_grid });
-                let lanes = order.get(first..end).unwrap_or(&[]);
-                first = end;
-                let (mut across, mut down) = (F::floats(), F::floats());
-                // Lanes that are left over draw the same once more: nothing that another lane does not do, too.
-                for lane in 0..F::WIDTH {
-                    let number = lanes.get(lane).or(lanes.first()).copied().unwrap_or(0);
-                    let [x, y] = u.get(usize::from(number)).copied().unwrap_or_default();
-                    put(across.as_mut(), lane, x);
-                    put(down.as_mut(), lane, y);
+            for from_peak in [false, true] {
+                let (mut order, mut count) = ([0u8; TOGETHER], 0);
+                for (number, &[first, _]) in (0..).zip(u).take(out.len()) {
+                    if (clamp_u(first) < share) == from_peak {
+                        put(&mut order, count, number);
+                        count += 1;
+                    }
                 }
-                let (across, down) = (clamp_u(F::load(across)), clamp_u(F::load(down)));
-                let (wi, pdf) = if from_peak {
-                    self.sample_peak(frame, peak, [of_peak(share, across), down])
-                } else {
-                    self.sample_grid(frame, [of_grid(share, across), down])
-                };
-                let (x, y, z, pdf) = (wi[0].store(), wi[1].store(), wi[2].store(), pdf.store());
-                let drawn = x.as_ref().iter().zip(y.as_ref()).zip(z.as_ref()).zip(pdf.as_ref());
-                for (&number, (((&x, &y), &z), &pdf)) in lanes.iter().zip(drawn) {
-                    put(out, number.into(), Sample { wi: [x, y, z], pdf });
+                for lanes in order.get(..count).unwrap_or(&[]).chunks(F::WIDTH) {
+                    // Lanes that are left over draw the same once more: nothing that another lane does not do, too.
+                    let of = |lane: usize| {
+                        let number = lanes.get(lane).or(lanes.first()).copied().unwrap_or(0);
+                        u.get(usize::from(number)).copied().unwrap_or_default()
+                    };
+                    let (across, down) = (clamp_u(F::each(|lane| of(lane)[0])), clamp_u(F::each(|lane| of(lane)[1])));
+                    let (wi, pdf) = if from_peak {
+                        self.sample_peak(frame, peak, [of_peak(share, across), down])
+                    } else {
+                        self.sample_grid(frame, [of_grid(share, across), down])
+                    };
+                    let (x, y, z, pdf) = (wi[0].store(), wi[1].store(), wi[2].store(), pdf.store());
+                    let drawn = x.as_ref().iter().zip(y.as_ref()).zip(z.as_ref()).zip(pdf.as_ref());
+                    for (&number, (((&x, &y), &z), &pdf)) in lanes.iter().zip(drawn) {
+                        put(out, number.into(), Sample { wi: [x, y, z], pdf });
+                    }
                 }
             }
         }
@@ -492,16 +472,11 @@ impl Density for Shaded<'_> {
 
     #[inline(always)]
     fn pdf<F: Num>(&self, frame: &Frame, wi: [F; 3]) -> F {
-        F::apart(Pdf { shaded: self, frame, wi })
+        F::apart(move || {
+            let (map, valid) = self.light.valid(frame, wi);
+            F::only(valid, self.find(map).0)
+        })
     }
-}
-
-struct SampleGrid<'a, F: Num> {
-    shaded: &'a Shaded<'a>,
-    frame: &'a Frame,
-    u: [F; 2],
-    /// Whether densities are those of the product; else those of its grid alone.
-    mixed: bool,
 }
 
 /// What numbers of the grid lead to.
@@ -512,52 +487,6 @@ struct FromGrid<F: Num> {
     light: F,
     /// The lanes that rounding carried out of their patch.
     strayed: u32,
-}
-
-impl<F: Num> Apart<F> for SampleGrid<'_, F> {
-    type Output = FromGrid<F>;
-
-    #[inline(always)]
-    fn run(self) -> FromGrid<F> {
-        let SampleGrid { shaded, frame, u, mixed } = self;
-        let (cells, numbers, leaf) = shaded.cells(u);
-        let (world, located, strayed) = shaded.light.to_world(frame, &shaded.light.sample_in::<F>(cells, numbers));
-        let grid = shaded.grid(&located, Some(&leaf));
-        let pdf = if mixed { shaded.with_lobes(frame, world, grid) } else { grid };
-        FromGrid { world, pdf, light: shaded.light.alone(&located), strayed }
-    }
-}
-
-/// [`Shaded::leaf_at`].
-struct LeafAt<'a, F: Num> {
-    shaded: &'a Shaded<'a>,
-    cell: F::Whole,
-    numbers: [F; 2],
-}
-
-impl<F: Num> Apart<F> for LeafAt<'_, F> {
-    type Output = Leaf<F>;
-
-    #[inline(always)]
-    fn run(self) -> Leaf<F> {
-        self.shaded.leaf_here(self.cell, self.numbers)
-    }
-}
-
-struct Pdf<'a, F: Num> {
-    shaded: &'a Shaded<'a>,
-    frame: &'a Frame,
-    wi: [F; 3],
-}
-
-impl<F: Num> Apart<F> for Pdf<'_, F> {
-    type Output = F;
-
-    #[inline(always)]
-    fn run(self) -> F {
-        let (map, valid) = self.shaded.light.valid(self.frame, self.wi);
-        F::only(valid, self.shaded.find(map).0)
-    }
 }
 
 /// Directions whose numbers are put in order together.

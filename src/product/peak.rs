@@ -10,34 +10,26 @@ use crate::brdf::lambert;
 use crate::brdf::material::{Kind, MAX_LOBES, Material, Shape};
 use crate::brdf::phong::Phong;
 use crate::brdf::surface::Surface;
+use crate::brdf::vector::dot;
 use crate::numeric::{ONE_MINUS_EPSILON, max, min};
-use crate::simd::{Apart, Num};
+use crate::simd::Num;
 
-/// How much of a product's numbers draws from narrow lobes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Mixture {
-    /// Lobes of a smaller width are drawn from.
-    pub narrow: f32,
-    /// The share of numbers that may draw from an infinitely narrow lobe, where no other lobe reflects, before the bound on all shares. Towards
-    /// the width `narrow` it falls to 0 with the third power of what is left of that.
-    pub share: f32,
-    /// The same of a lobe that transmits. It falls with the first power: beyond a critical angle a lobe's flank alone passes, and the grid
-    /// finds little of that. With the share of other lobes, GGX 0.3 has a weight of 213 at 85 degrees.
-    pub through: f32,
-    /// The grid sees no lobe of a smaller width than this: a peak that it cannot resolve would have all of it or nothing.
-    pub resolved: f32,
-}
+/// Lobes of a smaller width are drawn from.
+const NARROW: f32 = 0.15;
+/// The share of numbers that may draw from an infinitely narrow lobe, where no other lobe reflects, before the bound on all shares. Towards
+/// the width [`NARROW`] it falls to 0 with the third power of what is left of that.
+const SHARE: f32 = 1.35;
+/// The same of a lobe that transmits. It falls with the first power: beyond a critical angle a lobe's flank alone passes, and the grid
+/// finds little of that. With the share of other lobes, GGX 0.3 has a weight of 213 at 85 degrees.
+const THROUGH: f32 = 0.7;
 
-impl Mixture {
-    /// Variances of 16 samples, eight maps, views up to 80 degrees, with `resolved` of 0.085 and of 0.06 over those with 0.07: GGX 0.05 1.22 (absolute) and
-    /// 1.05 (relative), 0.98 and 1.12; GGX 0.02 1.21 and 1.12, 0.93 and 0.95.
-    pub const TUNED: Mixture = Mixture { narrow: 0.15, share: 1.35, through: 0.7, resolved: 0.07 };
-    /// The grid alone.
-    pub const NONE: Mixture = Mixture { narrow: 0.0, share: 0.0, through: 0.0, resolved: 0.0 };
-}
-
+/// The grid sees no lobe of a smaller width than this: a peak that it cannot resolve would have all of it or nothing.
+///
+/// Variances of 16 samples, eight maps, views up to 80 degrees, with 0.085 and with 0.06 over those with 0.07: GGX 0.05 1.22 (absolute) and
+/// 1.05 (relative), 0.98 and 1.12; GGX 0.02 1.21 and 1.12, 0.93 and 0.95.
+const RESOLVED: f32 = 0.07;
 /// Of views with a smaller cosine, below 80 degrees and more, the grid sees no lobe that is narrower than the next constant: with
-/// [`Mixture::resolved`] alone GGX 0.02 states an integral 7 to 22 % off under a smooth sky.
+/// [`RESOLVED`] alone GGX 0.02 states an integral 7 to 22 % off under a smooth sky.
 pub const GRAZING: f32 = 0.175;
 /// See above.
 const RESOLVED_IF_GRAZING: f32 = 0.085;
@@ -93,8 +85,8 @@ pub fn width(shape: &Shape, cosine: f32) -> f32 {
 /// A material whose lobes, seen from a direction whose cosine is given, are all as wide as the grid resolves; `None` if they are.
 /// However little microfacets bend what they let through, they are made no rougher than the cosine squared: rougher ones let through up to
 /// twice as much at grazing views.
-pub fn widened(material: &Material, mixture: &Mixture, cosine: f32) -> Option<Material> {
-    let least = if cosine < GRAZING { max(mixture.resolved, RESOLVED_IF_GRAZING) } else { mixture.resolved };
+pub fn widened(material: &Material, cosine: f32) -> Option<Material> {
+    let least = if cosine < GRAZING { RESOLVED_IF_GRAZING } else { RESOLVED };
     if material.lobes().iter().all(|shape| width(shape, 1.0) >= least) {
         return None;
     }
@@ -114,27 +106,27 @@ fn exponent(width: f32) -> f32 {
 }
 
 /// The lobes of a point as a product keeps them, and the share of numbers that may draw from narrow ones.
-pub fn choose(material: &Material, surface: &Surface, mixture: &Mixture) -> ([StoredLobe; MAX_LOBES], f32) {
+pub fn choose(material: &Material, surface: &Surface) -> ([StoredLobe; MAX_LOBES], f32) {
     let mut lobes = [StoredLobe::default(); MAX_LOBES];
     let [.., cosine] = surface.wo();
     let (mut narrow, mut mixed) = (0.0, 0.0);
     for ((lobe, shape), share) in lobes.iter_mut().zip(material.lobes()).zip(surface.shares()) {
         let Shape { kind, a, b, eta } = *shape;
         let angle = width(shape, cosine);
-        let drawn = if angle < mixture.narrow { share } else { 0.0 };
+        let drawn = if angle < NARROW { share } else { 0.0 };
         let refracting = match kind {
             Kind::GgxTransmission if cosine > 0.0 => Ggx::new([a, b], surface.wo()).refracting(eta),
             _ => Refracting::ALL,
         };
         *lobe = StoredLobe { kind: kind.code(), scattered: share, a, b, eta, share: drawn, refracting };
         narrow += drawn;
-        let narrowness = max(1.0 - angle / mixture.narrow.max(f32::MIN_POSITIVE), 0.0);
+        let narrowness = max(1.0 - angle / NARROW, 0.0);
         mixed += drawn
             * match kind {
                 Kind::GgxTransmission => {
-                    max(mixture.through * narrowness, BEYOND * (1.0 - refracting.area() * refracting.area()))
+                    max(THROUGH * narrowness, BEYOND * (1.0 - refracting.area() * refracting.area()))
                 }
-                _ => mixture.share * narrowness * narrowness * narrowness,
+                _ => SHARE * narrowness * narrowness * narrowness,
             };
     }
     if !(narrow > 0.0) {
@@ -191,87 +183,53 @@ impl<'a> Peak<'a> {
     /// Densities of directions of map space.
     #[inline(always)]
     pub fn density<F: Num>(&self, d: [F; 3]) -> F {
-        F::apart(PeakDensity { peak: self, d })
-    }
-
-    #[inline(always)]
-    fn density_here<F: Num>(&self, d: [F; 3]) -> F {
-        let [t, b, n] = self.header.axes;
-        let wi = [crate::brdf::vector::dot(d, t), crate::brdf::vector::dot(d, b), crate::brdf::vector::dot(d, n)];
-        let mut density = F::splat(0.0);
-        for (share, drawn) in self.lobes.iter().flatten() {
-            let here = match drawn {
-                Drawn::Ggx(ggx) => ggx.reflected(wi),
-                Drawn::Transmission(ggx, of) => ggx.transmitted(wi, of.eta, &of.refracting),
-                Drawn::Phong(phong) => F::splat(phong.pdf_norm()) * phong.power(wi),
-                Drawn::Lambert => diffuse(wi[2]),
-                Drawn::LambertTransmission => diffuse(F::splat(0.0) - wi[2]),
-            };
-            density = density + F::splat(*share) * here;
-        }
-        density
+        F::apart(move || {
+            let [t, b, n] = self.header.axes;
+            let wi = [dot(d, t), dot(d, b), dot(d, n)];
+            let mut density = F::splat(0.0);
+            for (share, drawn) in self.lobes.iter().flatten() {
+                let here = match drawn {
+                    Drawn::Ggx(ggx) => ggx.reflected(wi),
+                    Drawn::Transmission(ggx, of) => ggx.transmitted(wi, of.eta, &of.refracting),
+                    Drawn::Phong(phong) => F::splat(phong.pdf_norm()) * phong.power(wi),
+                    Drawn::Lambert => diffuse(wi[2]),
+                    Drawn::LambertTransmission => diffuse(F::splat(0.0) - wi[2]),
+                };
+                density = density + F::splat(*share) * here;
+            }
+            density
+        })
     }
 
     /// Directions of map space; the first number chooses the lobe, too.
     #[inline(always)]
     pub fn sample<F: Num>(&self, u: [F; 2]) -> [F; 3] {
-        F::apart(SamplePeak { peak: self, u })
-    }
-
-    #[inline(always)]
-    fn sample_here<F: Num>(&self, u: [F; 2]) -> [F; 3] {
-        let (zero, one) = (F::splat(0.0), F::splat(1.0));
-        let mut wi = [zero, zero, one];
-        let mut before = 0.0;
-        for (share, drawn) in self.lobes.iter().flatten() {
-            let here = F::splat(before).le(u[0]);
-            let first = ((u[0] - before) * (1.0 / *share)).max(zero).min(F::splat(ONE_MINUS_EPSILON));
-            before += *share;
-            let [x, y, z] = match drawn {
-                Drawn::Ggx(ggx) => ggx.sample_reflection([first, u[1]]),
-                Drawn::Transmission(ggx, of) => ggx.sample_refraction([first, u[1]], of.eta, &of.refracting),
-                Drawn::Phong(phong) => phong.sample([first, u[1]]),
-                Drawn::Lambert => lambert::sample([first, u[1]]),
-                Drawn::LambertTransmission => {
-                    let [x, y, z] = lambert::sample([first, u[1]]);
-                    [x, y, zero - z]
-                }
-            };
-            wi = [F::select(here, x, wi[0]), F::select(here, y, wi[1]), F::select(here, z, wi[2])];
-        }
-        let [t, b, n] = self.header.axes;
-        [
-            wi[0] * t[0] + wi[1] * b[0] + wi[2] * n[0],
-            wi[0] * t[1] + wi[1] * b[1] + wi[2] * n[1],
-            wi[0] * t[2] + wi[1] * b[2] + wi[2] * n[2],
-        ]
-    }
-}
-
-struct PeakDensity<'a, F: Num> {
-    peak: &'a Peak<'a>,
-    d: [F; 3],
-}
-
-impl<F: Num> Apart<F> for PeakDensity<'_, F> {
-    type Output = F;
-
-    #[inline(always)]
-    fn run(self) -> F {
-        self.peak.density_here(self.d)
-    }
-}
-
-struct SamplePeak<'a, F: Num> {
-    peak: &'a Peak<'a>,
-    u: [F; 2],
-}
-
-impl<F: Num> Apart<F> for SamplePeak<'_, F> {
-    type Output = [F; 3];
-
-    #[inline(always)]
-    fn run(self) -> [F; 3] {
-        self.peak.sample_here(self.u)
+        F::apart(move || {
+            let (zero, one) = (F::splat(0.0), F::splat(1.0));
+            let mut wi = [zero, zero, one];
+            let mut before = 0.0;
+            for (share, drawn) in self.lobes.iter().flatten() {
+                let here = F::splat(before).le(u[0]);
+                let first = ((u[0] - before) * (1.0 / *share)).max(zero).min(F::splat(ONE_MINUS_EPSILON));
+                before += *share;
+                let [x, y, z] = match drawn {
+                    Drawn::Ggx(ggx) => ggx.sample_reflection([first, u[1]]),
+                    Drawn::Transmission(ggx, of) => ggx.sample_refraction([first, u[1]], of.eta, &of.refracting),
+                    Drawn::Phong(phong) => phong.sample([first, u[1]]),
+                    Drawn::Lambert => lambert::sample([first, u[1]]),
+                    Drawn::LambertTransmission => {
+                        let [x, y, z] = lambert::sample([first, u[1]]);
+                        [x, y, zero - z]
+                    }
+                };
+                wi = [F::select(here, x, wi[0]), F::select(here, y, wi[1]), F::select(here, z, wi[2])];
+            }
+            let [t, b, n] = self.header.axes;
+            [
+                wi[0] * t[0] + wi[1] * b[0] + wi[2] * n[0],
+                wi[0] * t[1] + wi[1] * b[1] + wi[2] * n[1],
+                wi[0] * t[2] + wi[1] * b[2] + wi[2] * n[2],
+            ]
+        })
     }
 }

@@ -3,11 +3,11 @@
 //! One pass lays the leaves of cells, weighs them, and finds those that may hide something: much light, or the peak of a narrow lobe. The
 //! cells whose division is worth most get 4 x 4 parts, with F at the middle of each.
 
-use super::peak::{self, Mixture};
+use super::peak;
 use super::share;
 use super::stored::{
-    COSINE_INCLUDED, Corners, Divided, Header, Leaves, MAX_DIVIDED, Places, QUADS, Quad, STORED_ONE, WHOLE_SPHERE,
-    store, sum_parts, widths, write_tops,
+    Corners, Divided, Header, Leaves, MAX_DIVIDED, Places, QUADS, Quad, STORED_ONE, flags, store, sum_parts, widths,
+    write_tops,
 };
 use crate::blob::{Magic, take};
 use crate::brdf::point::Point;
@@ -28,8 +28,6 @@ pub struct Config {
     pub divided: usize,
     /// How far the normals of other hits may turn from this one, in radians.
     pub cone: f32,
-    /// How much is drawn from narrow lobes.
-    pub mixture: Mixture,
 }
 
 /// Cells that are divided by default; the error hardly falls beyond.
@@ -37,7 +35,7 @@ pub const DIVIDED: usize = 8;
 
 impl Default for Config {
     fn default() -> Config {
-        Config { divided: DIVIDED, cone: 0.0, mixture: Mixture::TUNED }
+        Config { divided: DIVIDED, cone: 0.0 }
     }
 }
 
@@ -171,13 +169,8 @@ struct Task<'a> {
     config: &'a Config,
 }
 
-/// A product whose narrow lobes draw as much as they may.
-struct Prepared {
-    /// Its bytes.
-    bytes: usize,
-    /// Whether all lobes are to be drawn, too.
-    adds_lobes: bool,
-}
+/// The bytes of a product whose narrow lobes draw as much as they may, and whether all lobes are to be drawn, too.
+type Prepared = (usize, bool);
 
 impl Task<'_> {
     /// Prepares the grid, then the share of its lobes. Answers the product's bytes.
@@ -190,7 +183,7 @@ impl Task<'_> {
         // In place: a surface is long.
         let mut surface = Surface::empty();
         surface.set(self.point, &self.environment.frame())?;
-        let Prepared { bytes, adds_lobes } = grid(self, &surface, memory)?;
+        let (bytes, adds_lobes) = grid(self, &surface, memory)?;
         let product = memory.get_mut(..bytes).unwrap_or_default();
         share::decide(self.environment, &surface, adds_lobes, product);
         Ok(bytes)
@@ -213,13 +206,28 @@ impl Task<'_> {
         if memory.len() < places.bytes() {
             return Err(too_small(0));
         }
-        let (lobes, allowed) = peak::choose(point.material, surface, &config.mixture);
+        let (lobes, allowed) = peak::choose(point.material, surface);
         let peak = if allowed > 0.0 { surface.mirror() } else { [0.0; 3] };
-        let widened = widened(environment, point, &config.mixture, surface.wo()[2])?;
+        let widened = widened(environment, point, surface.wo()[2])?;
         let cone = Cone::new(config.cone);
-        let mut stage = Stage::new(guide, widened.as_ref().unwrap_or(surface), (allowed, peak), &cone, work);
-        // A lobe that was widened has another integral at grazing views: the stated one is nearer without.
-        stage.varies = allowed > NARROW && (widened.is_none() || surface.wo()[2] > peak::GRAZING);
+        let seen = widened.as_ref().unwrap_or(surface);
+        let stage = Stage {
+            guide,
+            surface: seen,
+            cone: &cone,
+            diffuse: seen.diffuse().filter(|_| cone.sine == 0.0),
+            peak,
+            from_peak: allowed,
+            // A lobe that was widened has another integral at grazing views: the stated one is nearer without.
+            varies: allowed > NARROW && (widened.is_none() || surface.wo()[2] > peak::GRAZING),
+            smoothness: Smoothness::of(seen, allowed),
+            work,
+            closer: [0; CLOSER],
+            count: 0,
+            missed: 0.0,
+            scale: [1.0; 2],
+            darkest: 1.0,
+        };
         let mut rest = memory;
         let misaligned = Error::new(Status::Misaligned, 0);
         let header = take::<Header>(&mut rest, 1).and_then(|of| of.first_mut()).ok_or(misaligned)?;
@@ -229,7 +237,6 @@ impl Task<'_> {
         let Laid { total, unit, divided, adds_lobes } = laid.map_err(too_small)?;
         let scale = scale(total);
         let bytes = Places::new(grid, divided).bytes();
-        let flag = |is_set: bool, flag: u32| if is_set { flag } else { 0 };
         *header = Header {
             magic: Header::MAGIC,
             environment: environment.header().content_id,
@@ -241,7 +248,7 @@ impl Task<'_> {
             bytes: bytes as u32,
             grid,
             divided: divided as u32,
-            flags: flag(surface.is_whole(), WHOLE_SPHERE) | flag(point.cosine_included, COSINE_INCLUDED),
+            flags: flags(surface.is_whole(), point.cosine_included),
             lobes: point.material.lobes().len() as u32,
             peak: if scale > 0.0 { allowed } else { 0.0 },
             cone: cone.cosine,
@@ -252,7 +259,7 @@ impl Task<'_> {
             lobe: lobes,
             reserved: [0; 5],
         };
-        Ok(Prepared { bytes, adds_lobes: adds_lobes && scale > 0.0 })
+        Ok((bytes, adds_lobes && scale > 0.0))
     }
 }
 
@@ -268,13 +275,8 @@ pub fn integral(total: f32, unit: f64, power: f64) -> f64 {
 
 /// The surface with lobes that are all as wide as the grid resolves; `None` if they are. Apart, so that its stack is free again.
 #[inline(never)]
-fn widened(
-    environment: &Environment<'_>,
-    point: &Point<'_>,
-    mixture: &Mixture,
-    cosine: f32,
-) -> Result<Option<Surface>, Error> {
-    let Some(material) = &peak::widened(point.material, mixture, cosine) else { return Ok(None) };
+fn widened(environment: &Environment<'_>, point: &Point<'_>, cosine: f32) -> Result<Option<Surface>, Error> {
+    let Some(material) = &peak::widened(point.material, cosine) else { return Ok(None) };
     Surface::new(&Point { material, ..*point }, &environment.frame()).map(Some)
 }
 
@@ -378,27 +380,20 @@ impl<F: Num> Apart<F> for Respond<'_> {
     }
 }
 
-/// Evaluates for the nearest of the normals of a cone, too.
-struct Nearest<'a> {
-    respond: Respond<'a>,
-    cone: &'a Cone,
-}
-
-impl<F: Num> Apart<F> for Nearest<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let Nearest { respond: Respond { surface, diffuse, cone, scale, directions, out }, cone: nearest } = self;
-        F::apart(Respond { surface, diffuse, cone, scale, directions, out });
-        if nearest.sine == 0.0 {
+impl Respond<'_> {
+    /// Evaluates it for the nearest of the normals of a cone, too.
+    #[inline(never)]
+    fn nearest<F: Num>(self, cone: &Cone) {
+        let Respond { surface, diffuse, scale, directions, out, .. } = self;
+        F::apart(Respond { surface, diffuse, cone: None, scale, directions, out });
+        if cone.sine == 0.0 {
             return;
         }
         let [x, y, z] = directions.map(|axis| axis.chunks(TOGETHER));
         for (((x, y), z), out) in x.zip(y).zip(z).zip(out.chunks_mut(TOGETHER)) {
             let mut raised = [0.5; TOGETHER];
             let raised = raised.get_mut(..out.len()).unwrap_or_default();
-            F::apart(Respond { surface, diffuse, cone: Some(*nearest), scale, directions: [x, y, z], out: raised });
+            F::apart(Respond { surface, diffuse, cone: Some(*cone), scale, directions: [x, y, z], out: raised });
             out.iter_mut().zip(raised).for_each(|(out, raised)| *out = max(*out, *raised));
         }
     }
@@ -555,38 +550,9 @@ fn highest<F: Num>(lanes: F) -> f32 {
     lanes.store().as_ref().iter().fold(0.0, |highest, &x| max(highest, x))
 }
 
-/// The cells whose division is worth most, most first; of equal ones the first.
-struct Chosen {
-    /// The bits of what it is worth, then those of the cell's number, inverted.
-    keys: [u64; MOST_CHOSEN],
-    count: usize,
-    room: usize,
-}
-
-/// A power of two, at least [`MAX_DIVIDED`].
-const MOST_CHOSEN: usize = 32;
-
-impl Chosen {
-    /// Adds a cell, which may take the place of the last one.
-    #[inline(always)]
-    fn add(&mut self, cell: u32, worth: f32) {
-        let key = u64::from(worth.to_bits()) << 32 | u64::from(!cell);
-        let mut place = self.count;
-        if place == self.room {
-            place -= 1;
-            if self.keys[place % MOST_CHOSEN] > key {
-                return;
-            }
-        } else {
-            self.count += 1;
-        }
-        while place > 0 && self.keys[(place - 1) % MOST_CHOSEN] < key {
-            self.keys[place % MOST_CHOSEN] = self.keys[(place - 1) % MOST_CHOSEN];
-            place -= 1;
-        }
-        self.keys[place % MOST_CHOSEN] = key;
-    }
-}
+/// The cells whose division is worth most, most first; of equal ones the first: the bits of what it is worth, then those of the cell's number,
+/// inverted. 0: no cell.
+type Chosen = [u64; MAX_DIVIDED];
 
 /// Whether a part reflects so little at its middle that most of its least value is wasted.
 #[inline(always)]
@@ -702,14 +668,14 @@ impl Compute for Lay<'_, '_> {
         let Lay { mut stage, room, grid, leaves, tops, mut rest } = self;
         let unit = stage.evaluate::<F>();
         stage.lay::<F>(leaves);
-        let mut chosen = Chosen { keys: [0; MOST_CHOSEN], count: 0, room };
+        let mut chosen: Chosen = [0; MAX_DIVIDED];
         if room > 0 && unit > 0.0 {
             stage.look_closer::<F>();
-            stage.choose::<F>(&mut chosen);
+            stage.choose::<F>(chosen.get_mut(..room).unwrap_or_default());
         }
-        let mut cells = [0; MOST_CHOSEN];
-        cells.iter_mut().zip(&chosen.keys).take(chosen.count).for_each(|(cell, &key)| *cell = !(key as u32));
-        let cells = cells.get(..chosen.count).unwrap_or(&[]);
+        let count = chosen.iter().take_while(|&&key| key > 0).count();
+        let cells = chosen.map(|key| !(key as u32));
+        let cells = cells.get(..count).unwrap_or(&[]);
         let mut adds_lobes = false;
         if !cells.is_empty() {
             let divided = take::<Divided>(&mut rest, cells.len()).ok_or(cells.len())?;
@@ -738,36 +704,7 @@ fn mark(leaves: &mut [Leaves], cell: u32, number: u32) {
     (upper[lane], lower[lane]) = (number << 16, 0);
 }
 
-impl<'a> Stage<'a> {
-    #[inline(always)]
-    fn new(
-        guide: Guide<'a>,
-        surface: &'a Surface,
-        (from_peak, peak): (f32, [f32; 3]),
-        cone: &'a Cone,
-        work: &'a mut Work,
-    ) -> Stage<'a> {
-        let smoothness = Smoothness::of(surface, from_peak);
-        let diffuse = surface.diffuse().filter(|_| cone.sine == 0.0);
-        let (closer, scale) = ([0; CLOSER], [1.0; 2]);
-        Stage {
-            guide,
-            surface,
-            cone,
-            diffuse,
-            peak,
-            from_peak,
-            varies: false,
-            smoothness,
-            work,
-            closer,
-            count: 0,
-            missed: 0.0,
-            scale,
-            darkest: 1.0,
-        }
-    }
-
+impl Stage<'_> {
     /// F at the corners. Answers what F is for 1 in a leaf; where F is 0 everywhere, 0, and 1 stands for F.
     #[inline(always)]
     fn evaluate<F: Num>(&mut self) -> f64 {
@@ -775,7 +712,7 @@ impl<'a> Stage<'a> {
         let Stage { guide, surface, diffuse, scale, cone, .. } = *self;
         let values = self.work.values.as_flattened_mut().get_mut(..guide.corners()).unwrap_or_default();
         let directions = guide.corner_directions();
-        F::apart(Nearest { respond: Respond { surface, diffuse, cone: None, scale, directions, out: values }, cone });
+        Respond { surface, diffuse, cone: None, scale, directions, out: values }.nearest::<F>(cone);
         let mut largest = zero;
         for group in values.chunks_exact(F::WIDTH) {
             largest = largest.max(F::read(group));
@@ -858,7 +795,7 @@ impl<'a> Stage<'a> {
     #[inline(always)]
     fn respond<F: Num>(&self, directions: [&[Short]; 3], out: &mut [f32]) {
         let Stage { surface, diffuse, scale, cone, .. } = *self;
-        F::apart(Nearest { respond: Respond { surface, diffuse, cone: None, scale, directions, out }, cone });
+        Respond { surface, diffuse, cone: None, scale, directions, out }.nearest::<F>(cone);
     }
 
     /// Whether a lobe that varies inside the parts of a cell mirrors into it, or beside it.
@@ -898,13 +835,12 @@ impl<'a> Stage<'a> {
                 for (out, x) in directions.iter_mut().zip([x, y, z]) {
                     // Above 0, since only there numbers become whole ones.
                     let steps = F::ints_of((x * scale + (guide::STEPS + 0.5)).to_whole() + F::Whole::splat(BELOW_0));
-                    if let Some(out) = out[quadrant].get_mut(place..place + F::WIDTH) {
-                        out.copy_from_slice(steps.as_ref());
+                    for (out, &step) in out[quadrant].iter_mut().skip(place).zip(steps.as_ref()) {
+                        *out = step as Short;
                     }
                 }
             }
         }
-        let directions = directions.map(|axis| axis.map(|steps| steps.map(|step| step as Short)));
         self.respond::<F>(directions.each_ref().map(|axis| axis.as_flattened()), out.as_flattened_mut());
     }
 
@@ -945,7 +881,7 @@ impl<'a> Stage<'a> {
 
     /// Chooses the cells whose division is worth most.
     #[inline(always)]
-    fn choose<F: Num>(&self, chosen: &mut Chosen) {
+    fn choose<F: Num>(&self, chosen: &mut [u64]) {
         let cells = self.guide.cells();
         let (weights, worth) = (&self.work.weights, &self.work.worth);
         let mut sums = [F::splat(0.0); REGISTERS];
@@ -960,7 +896,16 @@ impl<'a> Stage<'a> {
             let mut bits = F::bits(F::splat(least).lt(F::read(worth)));
             while bits != 0 {
                 let lane = bits.trailing_zeros();
-                chosen.add((place * F::WIDTH) as u32 + lane, worth.get(lane as usize).copied().unwrap_or(0.0));
+                let worth = worth.get(lane as usize).copied().unwrap_or(0.0);
+                let mut key = u64::from(worth.to_bits()) << 32 | u64::from(!((place * F::WIDTH) as u32 + lane));
+                for place in &mut *chosen {
+                    if key > *place {
+                        core::mem::swap(place, &mut key);
+                    }
+                    if key == 0 {
+                        break;
+                    }
+                }
                 bits &= bits - 1;
             }
         }

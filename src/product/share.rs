@@ -55,17 +55,13 @@ fn tried(environment: &Environment<'_>, surface: &Surface, product: &[u8]) -> f3
     let shaded = &Shaded::new(&light, product);
     // Four at a time: a trial is rare, and wider registers would gain little for 30 kB of code.
     let of_grid = of_grid::<Four>(shaded, &environment.frame());
-    Trial { shaded, surface, of_grid }.share::<Four>()
+    share::<Four>(shaded, surface, &of_grid)
 }
 
 /// Numbers of the directions from place `first` on.
 #[inline(always)]
 fn numbers<F: Num>(first: usize) -> [F; 2] {
-    let (mut across, mut down) = (F::floats(), F::floats());
-    for (place, (x, y)) in (first as u32..).zip(across.as_mut().iter_mut().zip(down.as_mut())) {
-        [*x, *y] = hammersley(place, GROUP as u32);
-    }
-    [F::load(across), F::load(down)]
+    [0, 1].map(|axis: usize| F::each(|lane| hammersley((first + lane) as u32, GROUP as u32)[axis & 1]))
 }
 
 /// Eight directions of the grid, of map space, with their densities by the grid and in the light. Before the trial, so that the deep stack of samples does
@@ -82,13 +78,6 @@ fn of_grid<F: Num>(shaded: &Shaded<'_>, frame: &Frame) -> [[f32; GROUP]; 5] {
     all
 }
 
-/// A product, and F as it is.
-struct Trial<'a> {
-    shaded: &'a Shaded<'a>,
-    surface: &'a Surface,
-    of_grid: [[f32; GROUP]; 5],
-}
-
 /// Directions.
 #[derive(Clone, Copy)]
 struct Tried<F> {
@@ -98,50 +87,49 @@ struct Tried<F> {
     lobes: F,
 }
 
-impl Trial<'_> {
-    /// The share of the lobes; 1 if too little was found.
-    #[inline(never)]
-    fn share<F: Num>(&self) -> f32 {
-        let Trial { shaded, of_grid, .. } = self;
-        let Some(peak) = &shaded.peak else { return 1.0 };
-        let zero = F::splat(0.0);
-        // Of each register of a group the directions of the lobes, then those of the grid.
-        let mut tried = [[Tried { value: zero, grid: zero, lobes: zero }; 2]; REGISTERS];
-        for (first, tried) in places::<F>().zip(&mut tried) {
-            let of_lobes = peak.sample(numbers::<F>(first));
-            let [x, y, z, grid, light] = of_grid.each_ref().map(|of| F::at(of, first));
-            *tried = [self.look(of_lobes, shaded.grid_and_light::<F>(of_lobes)), self.look([x, y, z], (grid, light))];
-        }
-        let total = sum(tried.map(|tried| tried[0].value + tried[1].value));
-        if !(total > 0.0 && total < f32::MAX) {
-            return 1.0;
-        }
-        tried.iter_mut().flatten().for_each(|tried| tried.value = tried.value * (1.0 / total));
-        let mut share = 0.5;
-        for _ in 0..STEPS {
-            let by_lobes = |tried: Tried<F>| {
-                let lobes = tried.lobes * share;
-                let all = lobes + tried.grid * (1.0 - share);
-                tried.value * (lobes / all.max(F::splat(f32::MIN_POSITIVE)))
-            };
-            share = sum(tried.map(|tried| by_lobes(tried[0]) + by_lobes(tried[1])));
-        }
-        share
+/// The share of the lobes; 1 if too little was found.
+#[inline(never)]
+fn share<F: Num>(shaded: &Shaded<'_>, surface: &Surface, of_grid: &[[f32; GROUP]; 5]) -> f32 {
+    let Some(peak) = &shaded.peak else { return 1.0 };
+    let zero = F::splat(0.0);
+    // Of each register of a group the directions of the lobes, then those of the grid.
+    let mut tried = [[Tried { value: zero, grid: zero, lobes: zero }; 2]; REGISTERS];
+    for (first, tried) in places::<F>().zip(&mut tried) {
+        let of_lobes = peak.sample(numbers::<F>(first));
+        let [x, y, z, grid, light] = of_grid.each_ref().map(|of| F::at(of, first));
+        *tried = [
+            look(shaded, surface, of_lobes, shaded.grid_and_light::<F>(of_lobes)),
+            look(shaded, surface, [x, y, z], (grid, light)),
+        ];
     }
+    let total = sum(tried.map(|tried| tried[0].value + tried[1].value));
+    if !(total > 0.0 && total < f32::MAX) {
+        return 1.0;
+    }
+    tried.iter_mut().flatten().for_each(|tried| tried.value = tried.value * (1.0 / total));
+    let mut share = 0.5;
+    for _ in 0..STEPS {
+        let by_lobes = |tried: Tried<F>| {
+            let lobes = tried.lobes * share;
+            let all = lobes + tried.grid * (1.0 - share);
+            tried.value * (lobes / all.max(F::splat(f32::MIN_POSITIVE)))
+        };
+        share = sum(tried.map(|tried| by_lobes(tried[0]) + by_lobes(tried[1])));
+    }
+    share
+}
 
-    /// Directions of map space with these densities by the grid and in the light.
-    #[inline(always)]
-    fn look<F: Num>(&self, direction: [F; 3], (grid, light): (F, F)) -> Tried<F> {
-        let Trial { shaded, surface, .. } = self;
-        let (zero, largest) = (F::splat(0.0), F::splat(f32::MAX));
-        let lobes = shaded.peak.as_ref().map_or(zero, |peak| peak.density(direction));
-        let local = surface.to_local(direction);
-        let value = surface.eval::<F>(local).0 * light / (grid + lobes);
-        // No number where neither density is; below the horizon nothing is reflected.
-        let mut counts = F::and(zero.lt(value), value.lt(largest));
-        if !surface.is_whole() {
-            counts = F::and(counts, zero.lt(local[2]));
-        }
-        Tried { value: F::only(counts, value), grid, lobes }
+/// Directions of map space with these densities by the grid and in the light.
+#[inline(always)]
+fn look<F: Num>(shaded: &Shaded<'_>, surface: &Surface, direction: [F; 3], (grid, light): (F, F)) -> Tried<F> {
+    let (zero, largest) = (F::splat(0.0), F::splat(f32::MAX));
+    let lobes = shaded.peak.as_ref().map_or(zero, |peak| peak.density(direction));
+    let local = surface.to_local(direction);
+    let value = surface.eval::<F>(local).0 * light / (grid + lobes);
+    // No number where neither density is; below the horizon nothing is reflected.
+    let mut counts = F::and(zero.lt(value), value.lt(largest));
+    if !surface.is_whole() {
+        counts = F::and(counts, zero.lt(local[2]));
     }
+    Tried { value: F::only(counts, value), grid, lobes }
 }

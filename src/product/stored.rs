@@ -5,6 +5,7 @@ use crate::brdf::ggx::Refracting;
 use crate::brdf::material::MAX_LOBES;
 use crate::light::guide::{MAX_CELLS, Short};
 use crate::light::parts::{Borders, MIDDLES, PARTS};
+use crate::light::tables::decode;
 use crate::simd::{Four, GROUP, Num, Whole};
 use bytemuck::{Pod, Zeroable};
 
@@ -99,6 +100,11 @@ impl Header {
 pub const WHOLE_SPHERE: u32 = 1;
 /// The lobes contain the cosine.
 pub const COSINE_INCLUDED: u32 = 2;
+
+/// The flags of a product.
+pub fn flags(whole: bool, cosine_included: bool) -> u32 {
+    (u32::from(whole) * WHOLE_SPHERE) | (u32::from(cosine_included) * COSINE_INCLUDED)
+}
 
 /// Four running sums, or the ends of four parts.
 pub type Quad = [f32; 4];
@@ -257,8 +263,12 @@ pub fn store<F: Num>([a, b, c, d]: &Corners<F>, counts: F::Mask, out: &mut Leave
 
 /// The mean of a leaf, with the bits that [`store`] answers.
 pub fn mean([upper, lower]: [u32; 2]) -> f32 {
-    let stored = |word: u32| if word == 0 { 0.0 } else { f32::from_bits((word << 12) + OF_WORD_0) };
-    (stored(upper & 0xffff) + stored(upper >> 16) + stored(lower & 0xffff) + stored(lower >> 16)) * 0.25
+    let [a, b, c, d] = [upper, upper >> 16, lower, lower >> 16].map(|word| decode(word as u16));
+    (a + b + c + d) * 0.25
+}
+
+fn running([a, b, c, d]: Quad) -> Quad {
+    [a, a + b, a + b + c, a + b + c + d]
 }
 
 /// Writes running sums of the weights of all cells, which a sample searches and nobody normalises. Answers their sum.
@@ -268,9 +278,8 @@ pub fn write_tops(weights: &[f32], grid: [u32; 2], tops_out: &mut [Quad]) -> f32
     let (of_quads, of_cells) = rest.split_at_mut_checked(quads).unwrap_or_default();
     // One after the other, not in lanes: a cell without weight must end where it begins.
     let weights: &[Quad] = bytemuck::try_cast_slice(weights).unwrap_or(&[]);
-    for (out, &[a, b, c, d]) in of_cells.iter_mut().zip(weights) {
-        let (second, third) = (a + b, a + b + c);
-        *out = [a, second, third, third + d];
+    for (out, &weights) in of_cells.iter_mut().zip(weights) {
+        *out = running(weights);
     }
     let mut total = 0.0;
     if of_quads.is_empty() {
@@ -283,9 +292,8 @@ pub fn write_tops(weights: &[f32], grid: [u32; 2], tops_out: &mut [Quad]) -> f32
     let of_cells: &[[Quad; 4]] = bytemuck::try_cast_slice(of_cells).unwrap_or(&[]);
     let rows = of_rows.as_flattened_mut().iter_mut().zip(of_quads).zip(of_cells);
     for ((end, out), &[[.., a], [.., b], [.., c], [.., d]]) in rows {
-        let (second, third) = (a + b, a + b + c);
-        *out = [a, second, third, third + d];
-        total += third + d;
+        *out = running([a, b, c, d]);
+        total += out[3];
         *end = total;
     }
     total

@@ -9,6 +9,17 @@ pub trait Apart<F> {
     fn run(self) -> Self::Output;
 }
 
+/// A closure runs as it is. On registers that only some processors have it must be a type of its own, whose `run` is inlined: the
+/// compiler may leave a closure to the baseline's instructions.
+impl<F, T, C: FnOnce() -> T> Apart<F> for C {
+    type Output = T;
+
+    #[inline(always)]
+    fn run(self) -> T {
+        self()
+    }
+}
+
 /// Runs a computation in a function of its own.
 #[inline(never)]
 pub(super) fn apart<F, K: Apart<F>>(computation: K) -> K::Output {

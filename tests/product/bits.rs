@@ -95,7 +95,7 @@ fn levels_and_former_bytes_change_no_bit_of_a_product() {
     for built in lights() {
         for (name, material) in materials() {
             let point = view(&material, random.direction(), 60.0, 2.0);
-            for config in [Config::default(), Config { divided: 24, cone: 0.1, ..Config::default() }] {
+            for config in [Config::default(), Config { divided: 24, cone: 0.1 }] {
                 let first = Prepared::over(Level::BASELINE, &built, &point, &config, 0).unwrap();
                 let second = Prepared::over(Level::detect(), &built, &point, &config, 0xff).unwrap();
                 assert!(first.bytes() == second.bytes(), "{name}");

@@ -4,7 +4,7 @@
 # They see what C code does with the library's memory and headers; the Rust side is watched by guard pages and valgrind.
 set -eu
 cd "$(dirname "$0")/.."
-library=$(cd "$1" && pwd)/libwis.a shared=$(cd "$1" && pwd)/libwis.so
+library=$(cd "$1" && pwd)/libwis.a
 mkdir -p "$2"
 out=$(cd "$2" && pwd)
 export ASAN_OPTIONS=detect_leaks=1 UBSAN_OPTIONS=print_stacktrace=1
@@ -12,7 +12,8 @@ export ASAN_OPTIONS=detect_leaks=1 UBSAN_OPTIONS=print_stacktrace=1
 c=cc cpp=c++
 echo 'int main(void) { return 0; }' > "$out/probe.c"
 if clang -fsanitize=address,undefined "$out/probe.c" -o "$out/probe" 2> /dev/null; then c=clang cpp=clang++; fi
-flags="-O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer -D_POSIX_C_SOURCE=200809L -Iinclude"
+sanitizers="-g -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer"
+flags="-O1 $sanitizers -D_POSIX_C_SOURCE=200809L -Iinclude"
 programs=0
 
 # compile NAME STANDARD SOURCES AND LIBRARIES...
@@ -49,9 +50,6 @@ run wavelets c-examples/wavelets.c c99 -lm
 run wavelets-cpp c-examples/wavelets.cpp c++11
 run pathtracer-small c-examples/pathtracer/small.c c99 -lm
 run pathtracer-small-cpp c-examples/pathtracer/small.cpp c++11
-run memory c-examples/hosts/memory.c gnu99 -lm
-run control c-examples/hosts/control.c gnu99 -lm
-run soak c-examples/hosts/soak.c gnu99 -lpthread -lm
 run consumer c-examples/consumers/check.c c99
 run consumer-cpp c-examples/consumers/check.cpp c++11
 
@@ -68,14 +66,5 @@ execute pathtracer --width 8 --height 4 --most 4 --repeats 1 --reference 4
 compile demo c99 c-examples/demo/main.c c-examples/demo/scene.c "$parts"/*.c "$library" $exr -lm -lpthread
 execute demo --size 32x16 --spp 4 --reference-spp 16 --threads 2 --out demo.png
 
-# Hosts that load copies of the shared library, and one beside another Rust library.
-cp -L "$shared" "$out/first.so"
-cp -L "$shared" "$out/second.so"
-compile copies gnu99 c-examples/hosts/copies.c "$library" -lm -ldl
-execute copies ./first.so ./second.so
-compile threads gnu99 c-examples/hosts/threads.c "$library" -lm -lpthread -ldl
-execute threads ./first.so
-rustc --edition 2024 --crate-type staticlib -o "$out/libother.a" c-examples/hosts/other.rs
-run beside c-examples/hosts/beside.c gnu99 "$out/libother.a" -lm -lpthread -ldl
-run fibers c-examples/hosts/fibers.c gnu99 -lm
-echo "$programs programs, compiled by $($c --version | head -n 1): nothing found"
+CC=$c scripts/check-hosts.sh "$1" "$out/hosts" "$sanitizers"
+echo "$programs programs and the hosts, compiled by $($c --version | head -n 1): nothing found"

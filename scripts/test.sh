@@ -167,7 +167,7 @@ library() {
     step mathematics scripts/check-mathematics.sh "$installed" "$logs/mathematics"
     step freestanding scripts/check-freestanding.sh "$installed" "$logs/freestanding"
     step consumers scripts/check-consumers.sh "$installed" "$logs/consumers"
-    step hosts scripts/check-hosts.sh "$installed" "$logs/hosts"
+    step hosts scripts/check-hosts.sh "$installed/lib" "$logs/hosts"
     step integrating scripts/check-integrating.sh "$logs/integrating"
     step abi scripts/check-abi.sh
     step dist scripts/dist.sh "$build"

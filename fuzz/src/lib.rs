@@ -18,6 +18,7 @@ pub mod play;
 mod pool;
 mod random;
 pub mod rows;
+mod sign;
 mod structs;
 pub mod tally;
 mod values;

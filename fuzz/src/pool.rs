@@ -2,8 +2,8 @@
 
 use crate::memory::{CAPACITY, Memory, Place};
 use crate::random::Random;
-use wis::blob::{CHECKSUM, checksum};
-use wis::numeric::ContentHash;
+use crate::sign::sign;
+use wis::blob::CHECKSUM;
 
 /// An object for the arguments of later calls.
 #[derive(Clone, Copy, Debug)]
@@ -97,7 +97,7 @@ impl Pool {
 /// Changes some bytes or words of an object, and signs it anew as an attacker would, nearly always.
 pub fn corrupt(kind: &str, bytes: &mut [u8], random: &mut Random) {
     // A product may be without.
-    if kind != "wis_product" || long(bytes, CHECKSUM.start) != 0 {
+    if kind != "wis_product" || bytes.get(CHECKSUM).is_some_and(|id| id != [0; 8]) {
         let before = bytes.to_vec();
         sign(kind, bytes);
         assert!(before == bytes, "the signature of {kind} is not the library's");
@@ -124,88 +124,4 @@ pub fn corrupt(kind: &str, bytes: &mut [u8], random: &mut Random) {
 
 fn put(bytes: &mut [u8], at: usize, value: &[u8]) {
     bytes[at..].iter_mut().zip(value).for_each(|(slot, byte)| *slot = *byte);
-}
-
-fn word(bytes: &[u8], at: usize) -> u64 {
-    bytes.get(at..at + 4).map_or(0, |word| u64::from(u32::from_le_bytes(word.try_into().expect("four"))))
-}
-
-fn long(bytes: &[u8], at: usize) -> u64 {
-    word(bytes, at) | word(bytes, at + 4) << 32
-}
-
-/// Where the nodes of visibility begin.
-const VISIBILITY_NODES: usize = 24;
-
-/// Writes the hashes that the bytes would have if they had been built so: all kinds keep theirs in the same place.
-fn sign(kind: &str, bytes: &mut [u8]) {
-    let id = match kind {
-        "wis_environment" if bytes.len() > ENVIRONMENT.header => sign_environment(bytes),
-        "wis_tree" if bytes.len() >= 64 => tree_id(bytes),
-        "wis_visibility" if bytes.len() >= VISIBILITY_NODES => visibility_checksum(bytes),
-        "wis_product" | "wis_jitter" if bytes.len() >= CHECKSUM.end => checksum(bytes),
-        // The others are not opened.
-        _ => return,
-    };
-    put(bytes, CHECKSUM.start, &id.to_le_bytes());
-}
-
-/// Where an environment says how long it is.
-const LENGTH: usize = 8;
-
-/// Where the parts of an environment's header stand that its hashes cover.
-struct EnvironmentHeader {
-    tables_hash: usize,
-    power: usize,
-    frame: usize,
-    header: usize,
-}
-
-const ENVIRONMENT: EnvironmentHeader = EnvironmentHeader { tables_hash: 24, power: 32, frame: 304, header: 344 };
-
-fn sign_environment(bytes: &mut [u8]) -> u64 {
-    let EnvironmentHeader { tables_hash, power, frame, header } = ENVIRONMENT;
-    let mut tables = ContentHash::new();
-    // How long it is depends on its pixels: memory may be longer.
-    let end = (long(bytes, LENGTH) as usize).clamp(header, bytes.len());
-    for part in [&bytes[power..frame], &bytes[header..end]] {
-        // Word k goes into stream k % 4.
-        let mut streams = [tables; 4];
-        for (k, word) in part.chunks(8).enumerate() {
-            let mut eight = [0; 8];
-            put(&mut eight, 0, word);
-            streams[k % 4].add(u64::from_le_bytes(eight));
-        }
-        streams.iter().for_each(|stream| tables.add(stream.finish()));
-    }
-    let tables = tables.finish();
-    put(bytes, tables_hash, &tables.to_le_bytes());
-    let mut hash = ContentHash::new();
-    hash.add(tables);
-    (0..9).for_each(|k| hash.add(word(bytes, frame + 4 * k)));
-    hash.finish()
-}
-
-fn tree_id(bytes: &[u8]) -> u64 {
-    let mut hash = ContentHash::new();
-    [0, 8, 24, 32].iter().for_each(|at| hash.add(long(bytes, *at)));
-    hash.add(word(bytes, 52) as u32 as i32 as i64 as u64);
-    [40, 44, 48, 56].iter().for_each(|at| hash.add(word(bytes, *at)));
-    let (children, squares) = (1usize << (word(bytes, 40) % 5), word(bytes, 48) as usize);
-    let links = 64 + 4 * children * squares;
-    if squares <= bytes.len() {
-        (64..links.min(bytes.len())).step_by(4).for_each(|at| hash.add(word(bytes, at)));
-        (links..(links + 8 * squares).min(bytes.len()))
-            .step_by(8)
-            .for_each(|at| hash.add(word(bytes, at) << 32 | word(bytes, at + 4)));
-    }
-    hash.finish()
-}
-
-fn visibility_checksum(bytes: &[u8]) -> u64 {
-    let mut hash = ContentHash::new();
-    hash.add(word(bytes, 8) << 32 | word(bytes, 12));
-    let nodes = bytes[VISIBILITY_NODES..].chunks_exact(8).take(word(bytes, 8) as usize);
-    nodes.for_each(|node| hash.add(word(node, 0) << 32 | word(node, 4)));
-    hash.finish()
 }

@@ -1,17 +1,16 @@
 //! Tables of places inside strata as stored bytes.
 
-use super::{Kind, assert_refuses, long, word};
+use super::{Kind, assert_refuses, word};
 use crate::arguments::block::Block;
 use crate::support::light_config;
 use std::ptr::{dangling, null, null_mut};
-use wis::blob::checksum;
 use wis::ffi::light::WIS_LAYOUT_LATLONG;
 use wis::ffi::lights::jitter::*;
 use wis::ffi::{Diagnostic, MemorySize};
 use wis::sample::Sample;
 use wis::status::Status;
 
-pub const KIND: Kind = Kind { objects, open, content_id, exercise, header: HEADER, memory: 1 };
+pub const KIND: Kind = Kind { name: "wis_jitter", objects, open, exercise, header: HEADER, memory: 1 };
 
 const COLUMNS: usize = 24;
 const LIGHTS: usize = 32;
@@ -57,10 +56,6 @@ fn open(block: &Block, bytes: usize) -> (Status, Diagnostic) {
     let expected = if status == Status::Ok { block.pointer().cast_const().cast() } else { untouched };
     assert_eq!(handle, expected);
     (status, diagnostic)
-}
-
-fn content_id(bytes: &[u8]) -> Option<u64> {
-    Some(checksum(bytes.get(..long(bytes, super::BYTES) as usize)?))
 }
 
 /// Draws from each stratum, and asks for the pdf of what was drawn.

@@ -10,8 +10,8 @@ mod visibility;
 
 use crate::arguments::block::Block;
 use crate::support::Random;
+use crate::support::sign::{content_id, sign};
 use wis::ffi::Diagnostic;
-use wis::numeric::ContentHash;
 use wis::status::Status;
 
 /// A kind of stored object.
@@ -20,8 +20,8 @@ struct Kind {
     objects: fn() -> Vec<Vec<u8>>,
     /// Opens a block that claims to be so many bytes long. On failure asserts that no result was written.
     open: fn(&Block, usize) -> (Status, Diagnostic),
-    /// The content id of what the bytes say they are; `None` if they are too few for that.
-    content_id: fn(&[u8]) -> Option<u64>,
+    /// As the header has it.
+    name: &'static str,
     /// Calls everything that takes the object.
     exercise: fn(&Block),
     /// Bytes of the header.
@@ -47,36 +47,15 @@ fn put(bytes: &mut [u8], offset: usize, value: &[u8]) {
     bytes[offset..offset + value.len()].copy_from_slice(value);
 }
 
-/// Adds 32-bit words of a range of the bytes; `None` if they are too few.
-fn add_words(hash: &mut ContentHash, bytes: &[u8], first: usize, count: usize) -> Option<()> {
-    let words = bytes.get(first..first.checked_add(count.checked_mul(4)?)?)?;
-    words.chunks_exact(4).for_each(|word| hash.add(u32::from_ne_bytes(word.try_into().unwrap()).into()));
-    Some(())
-}
-
-/// Adds links, each as one 64-bit word with `first` in front; `None` if the bytes are too few.
-fn add_links(hash: &mut ContentHash, bytes: &[u8], first: usize, count: usize) -> Option<()> {
-    let links = bytes.get(first..first.checked_add(count.checked_mul(8)?)?)?;
-    links.chunks_exact(8).for_each(|link| hash.add(u64::from(word(link, 0)) << 32 | u64::from(word(link, 4))));
-    Some(())
-}
-
 impl Kind {
     fn open(&self, bytes: &[u8]) -> Status {
         (self.open)(&Block::new(bytes, 0), bytes.len()).0
     }
 
-    /// Writes the content id that belongs to the bytes, as an attacker would.
-    fn seal(&self, bytes: &mut [u8]) {
-        if let Some(id) = (self.content_id)(bytes) {
-            put(bytes, CONTENT_ID, &id.to_ne_bytes());
-        }
-    }
-
     /// Opens sealed bytes and, if they are accepted, uses them.
     fn open_sealed(&self, bytes: &[u8]) -> Status {
         let mut bytes = bytes.to_vec();
-        self.seal(&mut bytes);
+        sign(self.name, &mut bytes);
         let block = Block::new(&bytes, 0);
         let (status, _) = (self.open)(&block, bytes.len());
         if status == Status::Ok {
@@ -103,7 +82,7 @@ fn what_is_built_opens_anywhere() {
 fn content_ids() {
     for kind in KINDS {
         for object in (kind.objects)() {
-            assert_eq!((kind.content_id)(&object), Some(long(&object, CONTENT_ID)));
+            assert_eq!(content_id(kind.name, &object), Some(long(&object, CONTENT_ID)));
         }
     }
 }

@@ -4,7 +4,6 @@ use super::{CONTENT_ID, Kind, assert_refuses, assert_rejected, light, put, word}
 use crate::arguments::block::Block;
 use std::mem::offset_of;
 use std::ptr::{dangling, null, null_mut};
-use wis::blob::checksum;
 use wis::ffi::material::*;
 use wis::ffi::product::*;
 use wis::ffi::sampler::{SamplerConfig, SamplerObject, wis_sampler_init, wis_sampler_size};
@@ -16,7 +15,7 @@ use wis::product::stored::{Header, Places, QUADS, QUADS_OF_PARTS, Quad};
 use wis::sample::Sample;
 use wis::status::Status;
 
-pub const KIND: Kind = Kind { objects, open, content_id, exercise, header: size_of::<Header>(), memory: 2 };
+pub const KIND: Kind = Kind { name: "wis_product", objects, open, exercise, header: size_of::<Header>(), memory: 2 };
 
 /// A material, how many cells are divided at most, and flags of the point.
 type Case = (&'static [(u32, f32, f32, f32)], u32, u32);
@@ -113,11 +112,6 @@ fn open(block: &Block, bytes: usize) -> (Status, Diagnostic) {
         assert_eq!(handle, expected);
         (status, diagnostic)
     })
-}
-
-fn content_id(bytes: &[u8]) -> Option<u64> {
-    let length = offset_of!(Header, bytes);
-    Some(checksum(bytes.get(..word(bytes.get(..size_of::<Header>())?, length) as usize)?))
 }
 
 /// Draws, asks for the pdf of what was drawn and for its numbers, and describes the product.

@@ -1,14 +1,13 @@
 //! Trees as stored bytes.
 
-use super::{BYTES, CONTENT_ID, Kind, NO_AMOUNTS, NO_LINKS, add_links, add_words, assert_refuses, long, word};
+use super::{BYTES, CONTENT_ID, Kind, NO_AMOUNTS, NO_LINKS, assert_refuses, long, word};
 use crate::arguments::block::{Block, SENTINEL, plain};
 use std::ptr::{dangling, null, null_mut};
 use wis::ffi::wavelets::tree::*;
 use wis::ffi::{Diagnostic, MemorySize};
-use wis::numeric::ContentHash;
 use wis::status::Status;
 
-pub const KIND: Kind = Kind { objects, open, content_id, exercise, header: SQUARES, memory: 1 };
+pub const KIND: Kind = Kind { name: "wis_tree", objects, open, exercise, header: SQUARES, memory: 1 };
 
 const MEAN: usize = 24;
 const ERROR: usize = 32;
@@ -73,22 +72,6 @@ fn open(block: &Block, bytes: usize) -> (Status, Diagnostic) {
 fn links(bytes: &[u8]) -> Option<usize> {
     let children = 1usize.checked_shl(word(bytes, DIMENSIONS))?;
     children.checked_mul(4)?.checked_mul(word(bytes, COUNT) as usize)?.checked_add(SQUARES)
-}
-
-fn content_id(bytes: &[u8]) -> Option<u64> {
-    let header = bytes.get(..SQUARES)?;
-    let mut hash = ContentHash::new();
-    for offset in [0, BYTES, MEAN, ERROR] {
-        hash.add(long(header, offset));
-    }
-    hash.add(i64::from(word(header, EXPONENT) as i32) as u64);
-    for offset in [DIMENSIONS, DEPTH, COUNT, AVERAGE] {
-        hash.add(word(header, offset).into());
-    }
-    let links = links(bytes)?;
-    add_words(&mut hash, bytes, SQUARES, (links - SQUARES) / 4)?;
-    add_links(&mut hash, bytes, links, word(header, COUNT) as usize)?;
-    Some(hash.finish())
 }
 
 /// Samples the tree, multiplies it by itself and warps points.

@@ -6,11 +6,10 @@ use std::ptr::{dangling, null, null_mut};
 use wis::ffi::wavelets::tree::Tree;
 use wis::ffi::wavelets::visibility::*;
 use wis::ffi::{Diagnostic, MemorySize};
-use wis::numeric::ContentHash;
 use wis::status::Status;
 use wis::wavelets::triple::Wavelets;
 
-pub const KIND: Kind = Kind { objects, open, content_id, exercise, header: NODES, memory: 1 };
+pub const KIND: Kind = Kind { name: "wis_visibility", objects, open, exercise, header: NODES, memory: 1 };
 
 const COUNT: usize = 8;
 const AVERAGE: usize = 12;
@@ -51,15 +50,6 @@ fn open(block: &Block, bytes: usize) -> (Status, Diagnostic) {
     let expected = if status == Status::Ok { block.pointer().cast_const().cast() } else { untouched };
     assert_eq!(handle, expected);
     (status, diagnostic)
-}
-
-fn content_id(bytes: &[u8]) -> Option<u64> {
-    let header = bytes.get(..NODES)?;
-    let mut hash = ContentHash::new();
-    hash.add(u64::from(word(header, COUNT)) << 32 | u64::from(word(header, AVERAGE)));
-    let nodes = bytes.get(NODES..NODES + NODE * word(header, COUNT) as usize)?;
-    nodes.chunks_exact(NODE).for_each(|node| hash.add(u64::from(word(node, 0)) << 32 | u64::from(word(node, 4))));
-    Some(hash.finish())
 }
 
 /// Integrates a tree that is seen through the map: with all of it, and with the average of the BRDF only.

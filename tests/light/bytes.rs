@@ -3,6 +3,7 @@
 use super::built::{Built, Random, in_lanes};
 use super::lookup::{Map, single};
 use super::maps::{descriptions, layouts, rough, suns};
+use crate::support::sign::{FRAME, HEADER, POWER, sign};
 use wis::brdf::material::{Material, Shape};
 use wis::brdf::point::Point;
 use wis::direct::Ray;
@@ -14,7 +15,6 @@ use wis::light::environment::Environment;
 use wis::light::guide;
 use wis::light::parts::{BORDERS, MIDDLES};
 use wis::light::plan::{Description, Filter};
-use wis::numeric::ContentHash;
 use wis::sample::Sample;
 use wis::simd::Level;
 use wis::sphere::Frame;
@@ -32,34 +32,6 @@ fn memory_of_any_content_gives_the_same_bytes() {
             }
         }
     }
-}
-
-/// Where the parts of the header stand that the hashes cover.
-const CONTENT_ID: usize = 16;
-const TABLES_HASH: usize = 24;
-const POWER: usize = 32;
-const FRAME: usize = 304;
-const HEADER: usize = 344;
-
-/// Writes the hashes that bytes would have if they had been built so.
-fn sign(bytes: &mut [u8]) {
-    let mut hash = ContentHash::new();
-    for part in [POWER..FRAME, HEADER..bytes.len()] {
-        // Word k goes into stream k % 4.
-        let mut streams = [hash; 4];
-        for (k, word) in bytes[part].chunks(8).enumerate() {
-            let mut eight = [0; 8];
-            eight[..word.len()].copy_from_slice(word);
-            streams[k % 4].add(u64::from_le_bytes(eight));
-        }
-        streams.iter().for_each(|stream| hash.add(stream.finish()));
-    }
-    let tables = hash.finish();
-    let mut hash = ContentHash::new();
-    hash.add(tables);
-    hash.add_floats(bytemuck::cast_slice(&bytes[FRAME..FRAME + 36]));
-    bytes[TABLES_HASH..TABLES_HASH + 8].copy_from_slice(&tables.to_le_bytes());
-    bytes[CONTENT_ID..CONTENT_ID + 8].copy_from_slice(&hash.finish().to_le_bytes());
 }
 
 /// Uses everything; all numbers are finite.
@@ -126,7 +98,7 @@ fn changed_bytes_with_the_right_hash_do_no_harm() {
                 let at = (random.bits() % end as u64) as usize;
                 copy[at] = if round % 3 == 0 { copy[at] ^ (1 << (random.bits() % 8)) } else { random.bits() as u8 };
             }
-            sign(copy);
+            sign("wis_environment", copy);
             if let Ok(environment) = Environment::open(copy) {
                 accepted += 1;
                 exercise(&environment, &mut random);
@@ -150,7 +122,7 @@ fn section(bytes: &[u8], number: usize) -> usize {
 
 /// Signs, opens and, if that succeeds, exercises; whether it was accepted.
 fn is_harmless(copy: &mut [u8], random: &mut Random) -> bool {
-    sign(copy);
+    sign("wis_environment", copy);
     let opened = Environment::open(copy);
     opened.iter().for_each(|environment| exercise(environment, random));
     opened.is_ok()
@@ -243,7 +215,7 @@ fn starts_that_descend_are_refused() {
             for &k in pairs.iter().step_by(pairs.len() / 8) {
                 copy.copy_from_slice(built.bytes());
                 copy[from + 4 * k - 4..from + 4 * k + 4].rotate_left(4);
-                sign(copy);
+                sign("wis_environment", copy);
                 assert!(Environment::open(copy).is_err(), "{layout:?}, table {table}, starts {} and {k}", k - 1);
             }
         }
@@ -264,7 +236,7 @@ fn parts_without_a_width_are_refused() {
         for (border, value) in (0..BORDERS).flat_map(|border| [0, -1, guide::Short::MIN].map(|value| (border, value))) {
             copy.copy_from_slice(built.bytes());
             copy[first + 2 * border..][..2].copy_from_slice(&value.to_le_bytes());
-            sign(copy);
+            sign("wis_environment", copy);
             assert!(Environment::open(copy).is_err(), "{layout:?}: border {border} is {value}");
         }
     }
@@ -277,7 +249,7 @@ fn signing_is_what_a_build_does() {
     let mut words = vec![0u128; built.bytes().len().div_ceil(16)];
     let copy: &mut [u8] = &mut bytemuck::cast_slice_mut(&mut words)[..built.bytes().len()];
     copy.copy_from_slice(built.bytes());
-    sign(copy);
+    sign("wis_environment", copy);
     assert!(copy == built.bytes());
     copy[HEADER + 5] ^= 1;
     assert!(Environment::open(copy).is_err());

@@ -3,6 +3,9 @@
 
 pub mod maps;
 pub mod scenes;
+/// Changed bytes are signed alike by the fuzzer and by these tests.
+#[path = "../../fuzz/src/sign.rs"]
+pub mod sign;
 pub mod sphere;
 pub mod statistics;
 pub mod vector;

@@ -35,6 +35,8 @@ BASELINES = ["mis", "compensated"]
 COLUMNS = ["tracer", "map", "numbers", "samples", "method", "seconds", "mean", "absolute MSE", "relative MSE", "absolute efficiency over mis",
            "relative efficiency over mis"]
 EXPERIMENT_COLUMNS = ["experiment", "map", *COLUMNS[3:], "share of the disc", "share of the mesh"]
+# What the table by map shows: a tracer, its numbers and samples.
+BY_MAP = [("paths", "random", 16), ("paths", "(0,2)-sequence", 64), ("direct light", "random", 16), ("direct light", "(0,2)-sequence", 64)]
 # How many of the cells that lose most the page shows, for each metric.
 LOSSES = 8
 # Goals, absolute and relative: the mean with a (0,2)-sequence of 16 samples and more, and in a path tracer with random numbers.
@@ -143,6 +145,8 @@ def main(program, folder, path):
     for group in groups:
         for metric, name in enumerate(METRICS):
             rows.append([f"{group[0]}, {group[1]}", str(group[2]), name, *[text(gains(group, method, metric)) for method in PATTERNS]])
+    by_map = [[name, *[text([gain(key, ADVISED[tracer], metric)] if (key := (tracer, name, numbers, samples)) in told else []).split(" ")[0]
+                       for tracer, numbers, samples in BY_MAP for metric in (1, 0)]] for name in names]
     for numbers, goal in GOALS.items():
         kept = [g for g in groups if g[1] == numbers and (g[2] >= 16 if numbers != "random" else g[0] == "paths")]
         for metric, name in enumerate(METRICS):
@@ -215,6 +219,9 @@ map. Above 1 is better. Both MIS take a sample of the light and one of the BSDF 
 {table(["tracer, numbers", "metric", *[f"{samples} samples" if samples > 1 else "1 sample" for samples in numbers_of_samples]], summary)}
 {chr(10).join(goals)}
 
+## By map
+
+{table(["map", *[f"{tracer}, {numbers}, {samples}, {name}" for tracer, numbers, samples in BY_MAP for name in METRICS[::-1]]], by_map)}
 ## Why direct light loses
 
 Direct light, (0,2)-sequence, relative error, in scenes that lack the metal sphere of GGX 0.05, the ground, or both. The sphere where it mirrors the

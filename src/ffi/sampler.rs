@@ -84,7 +84,7 @@ fn needed(config: &Config) -> usize {
     (size_of::<Header>() + config.bytes()).next_multiple_of(WIS_ALIGNMENT)
 }
 
-/// The bytes that a sampler needs: 11 kB for 16 rays, 3 kB for three, 2 kB for one or two. Work: constant.
+/// The bytes that a sampler needs: 8 kB for 16 rays, 2 kB for one to four. Work: constant.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.

@@ -1,4 +1,4 @@
-//! How many candidates a point has: more where a lobe is narrow, by the point alone, and never more than a sampler has room for.
+//! How many candidates a point has: fewer for each ray where there are many, and never more than a sampler has room for.
 
 use super::client::{self, Client};
 use crate::support::Random;
@@ -21,15 +21,16 @@ fn counts(rays: usize, wanted: usize, shape: Shape) -> Counts {
     Effort { wanted, ..plain(rays) }.counts(&surface(&[shape]))
 }
 
+/// One ray of a lobe has 8 of each source, 16 or 32, by its width. More rays have 8 each until there are 16 of them, whatever the lobe.
 #[test]
-fn narrow_lobes_have_more_candidates_than_wide_ones() {
-    let [diffuse, wide, glossy, narrow] =
-        [Shape::LAMBERT, Shape::ggx(0.5, 0.5), Shape::ggx(0.1, 0.3), Shape::ggx(0.5, 0.05)]
-            .map(|shape| counts(1, 0, shape));
-    assert_eq!(diffuse, Counts { light: 8, lobes: 8, portals: 0 });
-    assert_eq!(wide, Counts { light: 16, lobes: 16, portals: 0 });
-    assert_eq!(glossy, Counts { light: 32, lobes: 32, portals: 0 });
-    assert_eq!(narrow, Counts { light: 32, lobes: 32, portals: 0 });
+fn many_rays_have_fewer_candidates_each() {
+    for (shape, one) in
+        [(Shape::LAMBERT, 8), (Shape::ggx(0.5, 0.5), 16), (Shape::ggx(0.1, 0.3), 32), (Shape::ggx(0.5, 0.05), 32)]
+    {
+        for (rays, each) in [(1, one), (2, 16), (4, 32), (15, 128), (16, 64), (64, 256)] {
+            assert_eq!(counts(rays, 0, shape), Counts { light: each, lobes: each, portals: 0 }, "{shape:?}, {rays}");
+        }
+    }
 }
 
 #[test]
@@ -48,8 +49,8 @@ fn a_number_of_the_clients_is_rounded_up_to_a_power_of_two() {
 fn dark_places_have_fewer_candidates() {
     let surface = surface(&[Shape::ggx(0.1, 0.1)]);
     let of = |effort: Effort| [false, true].map(|dark| Effort { dark, ..effort }.counts(&surface).light);
-    assert_eq!(of(plain(4)), [64, 16]);
-    assert_eq!(of(plain(16)), [256, 64]);
+    assert_eq!(of(plain(1)), [32, 8]);
+    assert_eq!(of(plain(4)), [32, 16]);
     assert_eq!(of(Effort { wanted: 16, ..plain(4) }), [32, 32]);
     assert_eq!(of(Effort { compensated: true, ..plain(4) }), [8, 8]);
 }

@@ -20,7 +20,7 @@ TRACERS = {
     "spheres": (["--without", "1", "--repeats", "2", "--reference", "250"], ["64", "64"]),
 }
 # Direct light with a (0,2)-sequence in scenes that lack what cells are thought to be lost to, under all maps.
-LACKS = {"without the metal sphere": "2", "without the ground": "4", "without both": "6"}
+LACKS = {"without the metal sphere": "2", "without the ground": "4", "without both": "6", "without all three": "7"}
 # The same where all is of one material, under some maps: a sky, an interior, and a sun.
 MATERIALS = {"Lambert": "1", "Lambert, patterned": "4", "GGX 0.2": "2", "GGX 0.05": "3"}
 MESHES = {"fine": "0", "coarse": "1"}
@@ -171,6 +171,11 @@ def main(program, folder, path):
 
     causes = [[run or "as it is", *[text(lacking(run, samples)) for samples in (16, 64, 256)]] for run in (None, *LACKS)]
 
+    lost = [(name, row["alone"]) for (run, name, _), row in tried.items()
+            if run == "without both" and row["alone"][0] * row["alone"][2] > min(row[other][0] * row[other][2] for other in BASELINES)]
+    shares = [values[4] / values[2] for _, values in lost] or [0]
+    losing = ", ".join(sorted({name for name, _ in lost}))
+
     losses = []
     won = {metric: [0, 0] for metric in METRICS}
     for key in told:
@@ -224,9 +229,10 @@ map. Above 1 is better. Both MIS take a sample of the light and one of the BSDF 
 {table(["map", *[f"{tracer}, {numbers}, {samples}, {name}" for tracer, numbers, samples in BY_MAP for name in METRICS[::-1]]], by_map)}
 ## Why direct light loses
 
-Direct light, (0,2)-sequence, relative error, in scenes that lack the metal sphere of GGX 0.05, the ground, or both. The sphere where it mirrors the
-ground is dark: its light is hidden, and what is left comes from the tail of the lobe. Rays that follow BSDF times light go to what is hidden; light
-samples of MIS do not. Floor in shadow loses in the same way, by less.
+Direct light, (0,2)-sequence, relative error, in scenes that lack the metal sphere of GGX 0.05, the ground, or both, or the mesh, too. The sphere where it
+mirrors the ground is dark: its light is hidden, and what is left comes from the tail of the lobe. Rays that follow BSDF times light go to what is hidden;
+light samples of MIS do not. Floor in shadow loses in the same way, by less. What is lost without both ({losing}) is on the
+mesh, which hides lamps and a low sun from itself: its share of the error is {100 * min(shares):.0f} to {100 * max(shares):.0f} %. Without the mesh, too, nothing hides them.
 
 {table(["scene", *[f"{samples} samples" for samples in (16, 64, 256)]], causes)}
 - **Products for diffuse lobes, candidates for narrow ones** is what hits do: each by its narrowest lobe. Only the varnish has a diffuse lobe

@@ -182,7 +182,7 @@ enum wis_status wis_environment_size(const struct wis_environment_config *config
 /// Builds an environment on one thread. `memory`: where the environment goes; a multiple of 64 as its address makes look-ups from cold
 /// caches cheaper. `scratch`: may be freed afterwards. `environment` receives the handle, which is the address of `memory`.
 /// WIS_INVALID_TEXEL: the diagnostic names column and row. WIS_MEMORY_TOO_SMALL: the diagnostic tells the bytes that are needed; an error
-/// budget needs fewer than wis_environment_size says. A map of 1024 x 512 RGB floats costs 15 to 110 ms, a budget 0.1 s more. Work: texels.
+/// budget needs fewer than wis_environment_size says. A map of 1024 x 512 RGB floats costs 15 to 90 ms, a budget 0.1 s more. Work: texels.
 enum wis_status wis_environment_init(const struct wis_environment_config *config, void *memory, size_t bytes, void *scratch,
     size_t scratch_bytes, const struct wis_environment **environment, struct wis_diagnostic *diagnostic);
 

@@ -87,7 +87,7 @@ pub unsafe extern "C" fn wis_environment_size(
 /// Builds an environment on one thread. `memory`: where the environment goes; a multiple of 64 as its address makes look-ups
 /// from cold caches cheaper. `scratch`: may be freed afterwards. `environment` receives the handle, which is the address of
 /// `memory`. WIS_INVALID_TEXEL: the diagnostic names column and row. WIS_MEMORY_TOO_SMALL: the diagnostic tells the bytes that
-/// are needed; an error budget needs fewer than wis_environment_size says. A map of 1024 x 512 RGB floats costs 15 to 110 ms,
+/// are needed; an error budget needs fewer than wis_environment_size says. A map of 1024 x 512 RGB floats costs 15 to 90 ms,
 /// a budget 0.1 s more. Work: texels.
 ///
 /// # Safety

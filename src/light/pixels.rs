@@ -200,7 +200,9 @@ fn decode(
             *out = l;
             let light = f64::from(l) * angle;
             summary.light += light;
-            summary.brightest = summary.brightest.max(light);
+            if light > summary.brightest {
+                summary.brightest = light;
+            }
             for (total, c) in total.iter_mut().zip(colour) {
                 *total += f64::from(c) * angle;
             }

@@ -223,6 +223,12 @@ impl Span {
         min(max(slope + if slope < 0.0 { -0.5 } else { 0.5 }, -STEEPEST), STEEPEST) as i32
     }
 
+    /// Whether its cells are of this size, also the first and the last.
+    fn is_whole(&self, size: u32) -> bool {
+        self.size == size
+            && [0, self.count].map(|i| self.border(i)) == [0, self.count].map(|i| (self.first + i as u32) << size)
+    }
+
     /// Where cell `i` begins.
     fn border(&self, i: usize) -> u32 {
         ((self.first + i as u32) << self.size).max(self.ends[0]).min(self.ends[1])
@@ -247,6 +253,14 @@ struct Row {
 impl Row {
     const EMPTY: Row =
         Row { width: [0.0; GRID], height: 0.0, light: [0.0; GRID], square: [0.0; GRID], angle: [0.0; GRID] };
+
+    /// Those over its cells.
+    #[inline(always)]
+    fn cells(&self) -> impl Iterator<Item = Integrals> {
+        let sums = self.light.iter().zip(&self.square).zip(&self.angle);
+        let cells = sums.zip(&self.width);
+        cells.map(|(((&light, &square), &angle), width)| Integrals { light, square, angle, area: width * self.height })
+    }
 }
 
 impl Line {
@@ -255,6 +269,8 @@ impl Line {
 
 /// Sums of the columns or rows of a part of a grid: mass and square.
 type Sums = [[f64; NUMBERS]; GRID];
+/// Room for both.
+const NO_SUMS: [Sums; 2] = [[[0.0; NUMBERS]; GRID]; 2];
 
 /// Mass and square of the cells of a node's box, row by row.
 struct Grid<'a> {
@@ -263,14 +279,13 @@ struct Grid<'a> {
 }
 
 impl Grid<'_> {
-    /// Sums of the columns and of the rows of a part.
+    /// Sums of the columns and of the rows of a part; what stands behind them stays.
     #[inline(always)]
-    fn sums(&self, part: &[Span; 2]) -> [Sums; 2] {
+    fn sums(&self, part: &[Span; 2], [columns, rows]: &mut [Sums; 2]) {
         let [x, y] = [0, 1].map(|k: usize| (part[k].first - self.spans[k].first) as usize);
-        let mut sums = [[[0.0; NUMBERS]; GRID]; 2];
-        let [columns, rows] = &mut sums;
         // By slices, which know their ends: each node comes here.
         let columns = columns.get_mut(..part[0].count).unwrap_or_default();
+        columns.fill([0.0; NUMBERS]);
         let lines = self.cells.get(GRID * y..).unwrap_or(&[]).chunks_exact(GRID).take(part[1].count);
         for (line, row) in lines.zip(rows) {
             let mut sum = [0.0; NUMBERS];
@@ -281,7 +296,6 @@ impl Grid<'_> {
             }
             *row = sum;
         }
-        sums
     }
 }
 
@@ -504,23 +518,21 @@ impl Field<'_> {
         (light - 1.0).max(light * DIM)
     }
 
-    /// Light and solid angle at the borders of cells along a line.
+    /// Light and solid angle at the borders of cells along a line. `places`: where those lie along it, as [`Field::inside`]
+    /// says; none if cells are patches of a map of one tile.
     #[inline(never)]
-    fn read_line(&self, face: u32, row: u32, columns: &Span, out: &mut Line) {
+    fn read_line(&self, face: u32, row: u32, columns: &Span, places: &[(u32, f32)], out: &mut Line) {
         let (light, scale) = (self.light, self.scale);
         let (y, t) = self.inside(1, row);
         let scaled = |x: f32| (f64::from(x) * scale) as f32;
         let rows = self.rows_of_words(face, y);
-        let ends = [0, columns.count].map(|i| columns.border(i) == (columns.first + i as u32) << columns.size);
-        let whole = columns.size == self.patch && ends == [true; 2];
-        let words = rows.and_then(|[above, _]| above.get(columns.first as usize..)).filter(|_| whole && t == 0.0);
+        let words = rows.and_then(|[above, _]| above.get(columns.first as usize..)).filter(|_| places.is_empty());
         if let Some(words) = words {
             for (out, &word) in out.light.iter_mut().zip(words).take(columns.count + 1) {
                 *out = scaled(decode(word));
             }
         } else {
-            for (i, out) in (0..=columns.count).zip(out.light.iter_mut()) {
-                let (x, s) = self.inside(0, columns.border(i));
+            for (&(x, s), out) in places.iter().zip(out.light.iter_mut()) {
                 let corners =
                     rows.map(|rows| rows.map(|row| row.get(x as usize..).and_then(|row| row.first_chunk::<2>())));
                 *out = scaled(match corners {
@@ -560,25 +572,29 @@ impl Field<'_> {
         (patch, if self.light.bilinear { rest } else { 0.0 })
     }
 
-    /// Hands out the integrals over the cells of a grid that are at most a patch wide, with their columns and rows.
+    /// Hands out the integrals over the rows of a grid whose cells are at most a patch wide.
     #[inline(always)]
-    fn each_cell(&self, face: u32, [columns, rows]: [Span; 2], mut each: impl FnMut(usize, usize, &Integrals)) {
+    fn each_row(&self, face: u32, [columns, rows]: [Span; 2], mut each: impl FnMut(&Row)) {
         let mut lines = [Line::EMPTY; 2];
-        let mut row = Row::EMPTY;
+        let (mut row, mut places) = (Row::EMPTY, [(0, 0.0); GRID + 1]);
         let unit = self.unit();
+        // The last line of a face lies at the end of patches.
+        let inner = self.light.tile_side == WHOLE && self.inside(1, rows.border(rows.count)).1 == 0.0;
+        let whole = inner && [columns, rows].iter().all(|span| span.is_whole(self.patch));
+        let places = if whole { &mut [] } else { places.get_mut(..=columns.count).unwrap_or_default() };
+        for (i, place) in places.iter_mut().enumerate() {
+            *place = self.inside(0, columns.border(i));
+        }
         for (i, width) in row.width.iter_mut().enumerate().take(columns.count) {
             *width = (columns.border(i + 1) - columns.border(i)) as f32 * unit;
         }
-        self.read_line(face, rows.border(0), &columns, &mut lines[0]);
+        self.read_line(face, rows.border(0), &columns, places, &mut lines[0]);
         for j in 0..rows.count {
             let [above, below] = &mut lines;
-            self.read_line(face, rows.border(j + 1), &columns, below);
+            self.read_line(face, rows.border(j + 1), &columns, places, below);
             row.height = (rows.border(j + 1) - rows.border(j)) as f32 * unit;
             self.integrate(above, below, columns.count, &mut row);
-            for i in 0..columns.count.min(GRID) {
-                let area = row.width[i] * row.height;
-                each(i, j, &Integrals { light: row.light[i], square: row.square[i], angle: row.angle[i], area });
-            }
+            each(&row);
             lines.swap(0, 1);
         }
     }
@@ -613,11 +629,14 @@ impl Field<'_> {
             (area * squares * (1.0 / 6.0)).write(&mut row.square, first);
             (area * 0.25 * ((p + q) + (r + s))).write(&mut row.angle, first);
         }
-        let mut cells = (0..count.min(GRID)).filter(|i| across >> i & 1 != 0);
-        loop {
-            let (mut group, mut found) = ([0; ACROSS], 0);
-            for (place, cell) in group.iter_mut().zip(&mut cells) {
-                (*place, found) = (cell, found + 1);
+        if count < GRID {
+            across &= (1 << count) - 1;
+        }
+        while across != 0 {
+            let (mut group, found) = ([0; ACROSS], across.count_ones() as usize);
+            for place in group.iter_mut().take(found) {
+                *place = across.trailing_zeros() as usize;
+                across &= across - 1;
             }
             let corners = |above: &[f32; GRID + 1], below: &[f32; GRID + 1], next: usize| {
                 [(above, 0), (above, next), (below, 0), (below, next)]
@@ -628,9 +647,6 @@ impl Field<'_> {
             for (&i, (sum, square)) in group.iter().zip(sums.iter().zip(squares)).take(found) {
                 let area = row.width[i % GRID] * row.height;
                 (row.light[i % GRID], row.square[i % GRID]) = (area * sum, area * square);
-            }
-            if found < ACROSS {
-                break;
             }
         }
     }
@@ -664,12 +680,15 @@ impl Field<'_> {
     #[inline(never)]
     fn sum_up_part(&self, face: u32, spans: [Span; 2], out: &mut [f32]) -> f64 {
         let mut sums = [Integrals::default(); GRID / 2];
-        self.each_cell(face, spans, |column, _, cell| {
-            if let Some(sum) = sums.get_mut(column / 2) {
-                sum.light += cell.light;
-                sum.square += cell.square;
-                sum.angle += cell.angle;
-                sum.area += cell.area;
+        self.each_row(face, spans, |row| {
+            let mut cells = row.cells().take(spans[0].count);
+            for sum in &mut sums {
+                for cell in cells.by_ref().take(2) {
+                    sum.light += cell.light;
+                    sum.square += cell.square;
+                    sum.angle += cell.angle;
+                    sum.area += cell.area;
+                }
             }
         });
         for (sum, out) in sums.iter().zip(out.chunks_exact_mut(NUMBERS)) {
@@ -688,24 +707,22 @@ impl Field<'_> {
                 let (done, out) = numbers.split_at_mut_checked(below).unwrap_or_default();
                 let [below, above] = [level - 1, level].map(|level| level_cells(self.patches, level));
                 let done = done.get(cells_below(self.patches, level - 1) * NUMBERS..).unwrap_or(&[]);
-                let at =
-                    |x: usize, y: usize, k: usize| done.get((y * below[0] + x) * NUMBERS + k).copied().unwrap_or(0.0);
-                let area = (1u64 << (2 * level)) as f32;
-                for (number, out) in out.chunks_exact_mut(NUMBERS).enumerate().take(above[0] * above[1]) {
-                    let [x, y] = [number % above[0].max(1), number / above[0].max(1)].map(|n| 2 * n);
-                    let across = [x, x + 1].map(|x| (x, x < below[0]));
-                    let down = [y, y + 1].map(|y| (y, y < below[1]));
-                    for (k, out) in out.iter_mut().enumerate() {
-                        let row = |(y, exists): (usize, bool)| {
-                            let [a, b] = across.map(|(x, inside)| if inside && exists { at(x, y, k) } else { 0.0 });
-                            a + b
-                        };
-                        *out = row(down[0]) + row(down[1]);
-                    }
-                    if let [mass, square] = out
-                        && *mass < one
-                    {
-                        *mass = sqrt(*square * area).min(MOST_ROOT * *mass);
+                let (area, length) = ((1u64 << (2 * level)) as f32, below[0] * NUMBERS);
+                for (y, out) in out.chunks_exact_mut(above[0].max(1) * NUMBERS).enumerate().take(above[1]) {
+                    let row =
+                        |y: usize| done.get(y * length..).filter(|_| y < below[1]).and_then(|row| row.get(..length));
+                    let [upper, lower] = [2 * y, 2 * y + 1].map(|y| row(y).unwrap_or_default());
+                    for (x, out) in out.chunks_exact_mut(NUMBERS).enumerate() {
+                        for (k, out) in out.iter_mut().enumerate() {
+                            let at = |row: &[f32], x: usize| row.get(x * NUMBERS + k).copied().unwrap_or(0.0);
+                            let [upper, lower] = [upper, lower].map(|row| at(row, 2 * x) + at(row, 2 * x + 1));
+                            *out = upper + lower;
+                        }
+                        if let [mass, square] = out
+                            && *mass < one
+                        {
+                            *mass = sqrt(*square * area).min(MOST_ROOT * *mass);
+                        }
                     }
                 }
             }
@@ -729,8 +746,9 @@ impl<'a, 'b> Build<'a, 'b> {
         let mut of_faces = [[0.0; NUMBERS]; FACES];
         for (face, all) in (0..faces).zip(&mut of_faces) {
             let grid = self.read(&Node { face, ..root });
-            let [columns, _] = grid.sums(&grid.spans);
-            *all = columns.iter().fold(*all, |a, b| [a[0] + b[0], a[1] + b[1]]);
+            let mut sums = NO_SUMS;
+            grid.sums(&grid.spans, &mut sums);
+            *all = sums[0].iter().fold(*all, |a, b| [a[0] + b[0], a[1] + b[1]]);
         }
         let masses: f64 = of_faces.iter().map(|face| face[0]).sum();
         let (mut first, mut rest, mut total) = (0, masses, 0.0);
@@ -758,38 +776,10 @@ impl<'a, 'b> Build<'a, 'b> {
     }
 
     /// Cuts a node until its parts are strata, or too small for its grid. Answers the sum of area x integral of the square over the strata.
-    #[inline(never)]
     fn divide(&mut self, node: Node, out: &mut [[f32; 4]]) -> f64 {
         let (field, group) = (self.field, self.group);
         let grid = self.read(&node);
-        let size = grid.spans[0].size;
-        let mut nodes = [Node::default(); WAITING];
-        let (mut count, mut total) = (1usize, 0.0);
-        nodes[0] = Node { size, ..node };
-        while let Some(&node) = count.checked_sub(1).and_then(|last| nodes.get(last)) {
-            count -= 1;
-            let (mut parts, mut squares) = field.cut(&grid, &node, group);
-            // The smaller part goes first, so that few wait.
-            if parts[0].count < parts[1].count {
-                parts.swap(0, 1);
-                squares.swap(0, 1);
-            }
-            for (part, square) in parts.iter().zip(squares) {
-                let cells = part.extent.map(|ends| Span::new(ends, size).count);
-                // Even cuts need borders of their own.
-                let suits = part.count <= group && 2 * cells[0].max(cells[1]) >= most_cells(part.count);
-                let is_fine = part.count > 1 && suits;
-                match nodes.get_mut(count).filter(|_| is_fine) {
-                    Some(place) => {
-                        *place = *part;
-                        count += 1;
-                    }
-                    None if part.count > 1 => total += field.put(part, square, out),
-                    None => total += field.finish(&grid, part, out),
-                }
-            }
-        }
-        total
+        field.divide(&grid, node, group, out)
     }
 
     /// The grid of a node's box.
@@ -799,10 +789,10 @@ impl<'a, 'b> Build<'a, 'b> {
         let spans = node.grid(most_cells(node.count));
         let [across, down] = spans;
         if across.size <= field.patch {
-            field.each_cell(node.face, spans, |i, j, cell| {
-                if let Some(out) = self.cells.get_mut(j * GRID + i) {
-                    *out = [cell.mass(), cell.square];
-                }
+            let mut lines = self.cells.chunks_exact_mut(GRID);
+            field.each_row(node.face, spans, |row| {
+                let line = lines.next().and_then(|line| line.get_mut(..across.count)).unwrap_or_default();
+                line.iter_mut().zip(row.cells()).for_each(|(out, cell)| *out = [cell.mass(), cell.square]);
             });
             return Grid { spans, cells: self.cells };
         }
@@ -846,6 +836,39 @@ impl Node {
 }
 
 impl Field<'_> {
+    /// As [`Build::divide`], in the grid of the node. Apart, so that sums are not on the stack with what reads a grid.
+    #[inline(never)]
+    fn divide(&self, grid: &Grid<'_>, node: Node, group: u32, out: &mut [[f32; 4]]) -> f64 {
+        let size = grid.spans[0].size;
+        let (mut nodes, mut sums) = ([Node::default(); WAITING], NO_SUMS);
+        let (mut count, mut total) = (1usize, 0.0);
+        nodes[0] = Node { size, ..node };
+        while let Some(&node) = count.checked_sub(1).and_then(|last| nodes.get(last)) {
+            count -= 1;
+            let (mut parts, mut squares) = self.cut(grid, &node, group, &mut sums);
+            // The smaller part goes first, so that few wait.
+            if parts[0].count < parts[1].count {
+                parts.swap(0, 1);
+                squares.swap(0, 1);
+            }
+            for (part, square) in parts.iter().zip(squares) {
+                let cells = part.extent.map(|ends| Span::new(ends, size).count);
+                // Even cuts need borders of their own.
+                let suits = part.count <= group && 2 * cells[0].max(cells[1]) >= most_cells(part.count);
+                let is_fine = part.count > 1 && suits;
+                match nodes.get_mut(count).filter(|_| is_fine) {
+                    Some(place) => {
+                        *place = *part;
+                        count += 1;
+                    }
+                    None if part.count > 1 => total += self.put(part, square, out),
+                    None => total += self.finish(grid, part, &mut sums, out),
+                }
+            }
+        }
+        total
+    }
+
     /// Writes a stratum, and answers area x integral of the square; or leaves a node to wait.
     fn put(&self, node: &Node, square: f64, out: &mut [[f32; 4]]) -> f64 {
         let Some(slots) = out.get_mut(node.first as usize..) else { return 0.0 };
@@ -878,30 +901,37 @@ impl Field<'_> {
 
     /// Writes the stratum of a node in a grid, with the slopes of the light there. Answers area x integral of the square over its density.
     #[inline(never)]
-    fn finish(&self, grid: &Grid<'_>, node: &Node, out: &mut [[f32; 4]]) -> f64 {
+    fn finish(&self, grid: &Grid<'_>, node: &Node, sums: &mut [Sums; 2], out: &mut [[f32; 4]]) -> f64 {
         let spans = node.extent.map(|ends| Span::new(ends, node.size));
-        let sums = grid.sums(&spans);
+        grid.sums(&spans, sums);
         let slopes = [0, 1].map(|k: usize| spans[k & 1].slope(&sums[k & 1]));
         if let Some(slot) = out.get_mut(node.first as usize) {
             *slot = self.stratum(node, slopes);
         }
-        let density = |k: usize, i: usize| 1.0 + spans[k & 1].middle(i).0 * slopes[k & 1] as f32 / EVEN_SLOPE;
+        let mut densities = [[1.0; GRID]; 2];
+        for ((densities, span), slope) in densities.iter_mut().zip(&spans).zip(slopes) {
+            for (i, density) in densities.iter_mut().enumerate().take(span.count) {
+                *density = 1.0 + span.middle(i).0 * slope as f32 / EVEN_SLOPE;
+            }
+        }
         let [x, y] = [0, 1].map(|k: usize| (spans[k].first - grid.spans[k].first) as usize);
+        let [columns, rows] = &densities;
+        let columns = columns.get(..spans[0].count).unwrap_or_default();
+        let lines = grid.cells.get(GRID * y..).unwrap_or_default().chunks_exact(GRID).take(spans[1].count);
         let mut sum = 0.0;
-        for (j, line) in grid.cells.chunks_exact(GRID).skip(y).take(spans[1].count).enumerate() {
-            for (i, cell) in line.iter().skip(x).take(spans[0].count).enumerate() {
-                sum += f64::from(cell[1] / (density(0, i) * density(1, j)));
+        for (line, row) in lines.zip(rows) {
+            for (cell, column) in line.get(x..).unwrap_or_default().iter().zip(columns) {
+                sum += f64::from(cell[1] / (column * row));
             }
         }
         self.area(&node.extent) * sum
     }
 
-    /// Cuts a node in two, where that makes the least second moment. Answers the integrals of the squares of both parts. Apart, so that its
-    /// sums are not on the stack with a grid's.
+    /// Cuts a node in two, where that makes the least second moment. Answers the integrals of the squares of both parts.
     #[inline(never)]
-    fn cut(&self, grid: &Grid<'_>, node: &Node, group: u32) -> ([Node; 2], [f64; 2]) {
+    fn cut(&self, grid: &Grid<'_>, node: &Node, group: u32, sums: &mut [Sums; 2]) -> ([Node; 2], [f64; 2]) {
         let spans = node.extent.map(|ends| Span::new(ends, node.size));
-        let sums = grid.sums(&spans);
+        grid.sums(&spans, sums);
         let middle = node.extent.map(|[low, high]| low.midpoint(high));
         let mut best = Cut { cost: f64::INFINITY, axis: 0, at: middle[0], count: node.count / 2, squares: [0.0; 2] };
         for (axis, (sums, span)) in sums.iter().zip(&spans).enumerate() {
@@ -931,10 +961,10 @@ impl Field<'_> {
             before = [before[0] + sum[0], before[1] + sum[1]];
             let at = span.border(i + 1);
             let share = f64::from(at - span.ends[0]) * per_unit;
-            let behind = [all[0] - before[0], all[1] - before[1]].map(|x| x.max(0.0));
+            let behind = [all[0] - before[0], all[1] - before[1]].map(|x| larger(x, 0.0));
             // No side has more strata than units.
-            let [least, most] = [(strata - units * (1.0 - share)).max(1.0), (units * share).min(last)];
-            let count = rounded((before[0] * per_mass).min(most).max(least));
+            let [least, most] = [larger(strata - units * (1.0 - share), 1.0), smaller(units * share, last)];
+            let count = rounded(larger(smaller(before[0] * per_mass, most), least));
             let areas = [whole * share, whole * (1.0 - share)];
             let sides =
                 [(count, areas[0] * before[1], before[0]), (node.count - count, areas[1] * behind[1], behind[0])];
@@ -942,9 +972,9 @@ impl Field<'_> {
                 let (count, even) = (f64::from(count), EVEN * mass * mass);
                 (square + even) / count
             });
-            let uneven = f64::from(count) * 2.0 / f64::from(node.count) - 1.0;
-            let uneven = if node.count > group { UNEVEN * uneven * uneven } else { 0.0 };
-            let cost = (first + second) * shape * (1.0 + uneven);
+            let uneven = || f64::from(count) * 2.0 / f64::from(node.count) - 1.0;
+            let uneven = if node.count > group { 1.0 + UNEVEN * uneven() * uneven() } else { 1.0 };
+            let cost = (first + second) * shape * uneven;
             if cost < best.cost {
                 *best = Cut { cost, axis, at, count, squares: [before[1], behind[1]] };
             }
@@ -997,6 +1027,16 @@ pub fn are_sound(light: &Light<'_>) -> bool {
         width > 0 && rows > 0 && fits
     });
     sound && COUNTS.contains(&light.strata.len()) && sum as f64 == all
+}
+
+/// The larger of two numbers, by comparison; `b` if `a` is NaN.
+fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+/// The smaller of two numbers, likewise.
+fn smaller(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
 }
 
 /// The nearest whole number.

@@ -194,12 +194,18 @@ impl Texels<'_> {
         let width = i64::from(texels[0]);
         let row = (i64::from(face * texels[1]) + y) * width;
         let source = self.luminance.get(row as usize..(row + width) as usize).unwrap_or(&[]);
+        let before = x.min(0).unsigned_abs() as usize;
+        let inside = source.get(x.max(0) as usize..).unwrap_or(&[]);
+        for (word, &luminance) in words.get_mut(before..).unwrap_or_default().iter_mut().zip(inside) {
+            *word = encode(self.light(luminance));
+        }
         for (i, word) in (x..).zip(words.iter_mut()) {
-            let light = match source.get(i as usize) {
-                Some(&luminance) if i >= 0 => self.light(luminance),
-                _ => self.texel(face, i, y),
-            };
-            *word = encode(if dark && !(light > 0.0) { self.spread_from(face, [i, y]) } else { light });
+            if !(0..width).contains(&i) {
+                *word = encode(self.texel(face, i, y));
+            }
+            if dark && *word == 0 {
+                *word = encode(self.spread_from(face, [i, y]));
+            }
         }
         true
     }

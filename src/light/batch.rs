@@ -1,7 +1,6 @@
 //! Densities over world directions, in batches: four directions at a time, and one at a time of few, with the same bits. Wider
 //! registers would gain a few per cent for twice the code: three quarters of a walk are searches, lane by lane.
 
-use super::tables::Light;
 use crate::sample::Sample;
 use crate::simd::{Four, Num};
 use crate::sphere::Frame;
@@ -56,28 +55,6 @@ fn columns<F: Num, const N: usize>(rows: &[[f32; N]]) -> [F; N] {
         *column = F::load(lanes);
     }
     columns
-}
-
-impl Density for Light<'_> {
-    #[inline(always)]
-    fn sample<F: Num>(&self, frame: &Frame, u: [F; 2]) -> ([F; 3], F) {
-        Light::sample(self, frame, u)
-    }
-
-    #[inline(always)]
-    fn pdf<F: Num>(&self, frame: &Frame, wi: [F; 3]) -> F {
-        Light::pdf(self, frame, wi)
-    }
-
-    #[inline(always)]
-    fn samples<F: Num>(&self, frame: &Frame, u: &[[f32; 2]], out: &mut [Sample]) {
-        Light::samples::<F>(self, frame, u, out);
-    }
-
-    #[inline(always)]
-    fn pdfs<F: Num>(&self, frame: &Frame, wi: &[[f32; 3]], out: &mut [f32]) {
-        Light::pdfs::<F>(self, frame, wi, out);
-    }
 }
 
 /// So many directions together cost less in lanes than one by one.

@@ -3,6 +3,7 @@
 //! The pdf is one function of the f32 world direction; a sample's pdf is that function at the direction it returns. Where
 //! rounding carried a direction out of its patch, the position moves towards the patch's middle until the direction is inside.
 
+use super::batch::Density;
 use super::chart::Place;
 use super::tables::{Drawn, Light, Located};
 pub use super::walk::clamp_u;
@@ -118,15 +119,6 @@ impl Light<'_> {
         }
     }
 
-    /// World directions distributed as the light, and their densities; 0 if the light is black.
-    #[inline(always)]
-    pub fn sample<F: Num>(&self, frame: &Frame, u: [F; 2]) -> ([F; 3], F) {
-        let (mut world, located, strayed) = self.to_world(frame, &self.draw_alone(u));
-        let mut pdf = self.alone(&located);
-        settle_lanes(u, strayed, &mut world, &mut pdf, |u| self.settled(frame, u));
-        (world, pdf)
-    }
-
     #[inline(always)]
     fn draw_alone<F: Num>(&self, u: [F; 2]) -> Drawn<F> {
         let (mut cells, mut numbers) = (F::ints(), u.map(|u| clamp_u(u).store()));
@@ -140,9 +132,76 @@ impl Light<'_> {
         self.sample_in(cells, numbers.map(F::load))
     }
 
-    /// As [`Light::sample`], for as many `u` as there are: their walks go on side by side.
+    /// World directions and their densities of the lanes of a walk from `first` on; and the bits of those that have to be settled.
+    #[inline(never)]
+    fn ended<F: Num>(
+        &self,
+        frame: &Frame,
+        walk: &Walk<'_, TOGETHER>,
+        numbers: &[Floats<TOGETHER>; 2],
+        first: usize,
+    ) -> ([F; 3], F, u32) {
+        let (world, located, strayed) = self.to_world(frame, &walk.drawn::<F>(self, numbers, None, first));
+        (world, self.alone(&located), strayed)
+    }
+
+    /// Replaces the pdfs of the lanes of which the bits are set.
+    #[cold]
+    #[inline(never)]
+    fn pdfs_one_by_one(&self, frame: &Frame, wi: &[[f32; 3]], out: &mut [f32], lanes: u32) {
+        for (_, (&wi, out)) in wi.iter().zip(out).enumerate().filter(|(lane, _)| (lanes >> lane) & 1 != 0) {
+            *out = self.pdf::<f32>(frame, wi);
+        }
+    }
+
+    /// Densities of directions of map space of unit length in the light.
+    #[inline(never)]
+    pub fn density<F: Num>(&self, d: [F; 3]) -> F {
+        self.alone(&self.locate_here(d, false, true))
+    }
+
+    /// World directions of unit length in map space; in place of others, some that are.
     #[inline(always)]
-    pub fn samples<F: Num>(&self, frame: &Frame, u: &[[f32; 2]], out: &mut [Sample]) {
+    pub(crate) fn valid<F: Num>(&self, frame: &Frame, wi: [F; 3]) -> ([F; 3], F::Mask) {
+        let ([x, y, z], valid) = unit(wi);
+        (to_map(frame, [F::only(valid, x), F::only(valid, y), F::select(valid, z, F::splat(1.0))]), valid)
+    }
+
+    /// The density in the light of what was located.
+    #[inline(always)]
+    pub(crate) fn alone<F: Num>(&self, located: &Located<F>) -> F {
+        located.patch.light * located.density
+    }
+
+    /// The `u` that leads to a world direction of unit length: into the same patch, and there within 2^-22 of `u` over the
+    /// patch's share of `u`, along each axis. The direction is normalised as [`Density::pdf`] does it, or rounding would part them.
+    pub fn invert(&self, frame: &Frame, wi: [f32; 3]) -> Inverted {
+        let (map, _) = self.valid(frame, wi);
+        let located = self.locate::<f32>(map, true);
+        if !(self.alone(&located) > 0.0) {
+            return Inverted::Zero;
+        }
+        let [cell] = located.patch.cell;
+        let range = self.cell_range(cell as usize);
+        let outer =
+            |numbers: [f32; 2]| [0, 1].map(|k: usize| (range[k].0 + numbers[k] * range[k].1).min(ONE_MINUS_EPSILON));
+        let leads = |u: &[f32; 2]| located.is_in_patch_of(&self.draw_alone::<f32>(*u));
+        inward(located.numbers(), located.middle(), outer, leads)
+    }
+}
+
+impl Density for Light<'_> {
+    #[inline(always)]
+    fn sample<F: Num>(&self, frame: &Frame, u: [F; 2]) -> ([F; 3], F) {
+        let (mut world, located, strayed) = self.to_world(frame, &self.draw_alone(u));
+        let mut pdf = self.alone(&located);
+        settle_lanes(u, strayed, &mut world, &mut pdf, |u| self.settled(frame, u));
+        (world, pdf)
+    }
+
+    // Walks go on side by side.
+    #[inline(always)]
+    fn samples<F: Num>(&self, frame: &Frame, u: &[[f32; 2]], out: &mut [Sample]) {
         let (mut walk, mut numbers) = (Walk::<TOGETHER>::new(), [[0.5; TOGETHER]; 2]);
         for (u, out) in u.chunks(TOGETHER).zip(out.chunks_mut(TOGETHER)) {
             let count = u.len().next_multiple_of(F::WIDTH);
@@ -167,22 +226,15 @@ impl Light<'_> {
         }
     }
 
-    /// World directions and their densities of the lanes of a walk from `first` on; and the bits of those that have to be settled.
-    #[inline(never)]
-    fn ended<F: Num>(
-        &self,
-        frame: &Frame,
-        walk: &Walk<'_, TOGETHER>,
-        numbers: &[Floats<TOGETHER>; 2],
-        first: usize,
-    ) -> ([F; 3], F, u32) {
-        let (world, located, strayed) = self.to_world(frame, &walk.drawn::<F>(self, numbers, None, first));
-        (world, self.alone(&located), strayed)
+    #[inline(always)]
+    fn pdf<F: Num>(&self, frame: &Frame, wi: [F; 3]) -> F {
+        let (map, valid) = self.valid(frame, wi);
+        F::only(valid, self.density(map))
     }
 
-    /// As [`Light::pdf`], for as many directions as there are: their walks go on side by side.
+    // Walks go on side by side.
     #[inline(always)]
-    pub fn pdfs<F: Num>(&self, frame: &Frame, wi: &[[f32; 3]], out: &mut [f32]) {
+    fn pdfs<F: Num>(&self, frame: &Frame, wi: &[[f32; 3]], out: &mut [f32]) {
         let mut walk = Walk::<TOGETHER>::new();
         // Of each lane: the position, the solid angle, and whether it is of unit length.
         let mut places = [[0.5; TOGETHER]; 4];
@@ -231,57 +283,6 @@ impl Light<'_> {
                 }
             }
         }
-    }
-
-    /// Replaces the pdfs of the lanes of which the bits are set.
-    #[cold]
-    #[inline(never)]
-    fn pdfs_one_by_one(&self, frame: &Frame, wi: &[[f32; 3]], out: &mut [f32], lanes: u32) {
-        for (_, (&wi, out)) in wi.iter().zip(out).enumerate().filter(|(lane, _)| (lanes >> lane) & 1 != 0) {
-            *out = self.pdf::<f32>(frame, wi);
-        }
-    }
-
-    /// Densities of directions of map space of unit length in the light.
-    #[inline(never)]
-    pub fn density<F: Num>(&self, d: [F; 3]) -> F {
-        self.alone(&self.locate_here(d, false, true))
-    }
-
-    /// Densities of world directions in the light; 0 for those that are not of unit length.
-    #[inline(always)]
-    pub fn pdf<F: Num>(&self, frame: &Frame, wi: [F; 3]) -> F {
-        let (map, valid) = self.valid(frame, wi);
-        F::only(valid, self.density(map))
-    }
-
-    /// World directions of unit length in map space; in place of others, some that are.
-    #[inline(always)]
-    pub(crate) fn valid<F: Num>(&self, frame: &Frame, wi: [F; 3]) -> ([F; 3], F::Mask) {
-        let ([x, y, z], valid) = unit(wi);
-        (to_map(frame, [F::only(valid, x), F::only(valid, y), F::select(valid, z, F::splat(1.0))]), valid)
-    }
-
-    /// The density in the light of what was located.
-    #[inline(always)]
-    pub(crate) fn alone<F: Num>(&self, located: &Located<F>) -> F {
-        located.patch.light * located.density
-    }
-
-    /// The `u` that leads to a world direction of unit length: into the same patch, and there within 2^-22 of `u` over the
-    /// patch's share of `u`, along each axis. The direction is normalised as [`Light::pdf`] does it, or rounding would part them.
-    pub fn invert(&self, frame: &Frame, wi: [f32; 3]) -> Inverted {
-        let (map, _) = self.valid(frame, wi);
-        let located = self.locate::<f32>(map, true);
-        if !(self.alone(&located) > 0.0) {
-            return Inverted::Zero;
-        }
-        let [cell] = located.patch.cell;
-        let range = self.cell_range(cell as usize);
-        let outer =
-            |numbers: [f32; 2]| [0, 1].map(|k: usize| (range[k].0 + numbers[k] * range[k].1).min(ONE_MINUS_EPSILON));
-        let leads = |u: &[f32; 2]| located.is_in_patch_of(&self.draw_alone::<f32>(*u));
-        inward(located.numbers(), located.middle(), outer, leads)
     }
 }
 

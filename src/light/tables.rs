@@ -6,7 +6,7 @@
 //! A density reads the same numbers at the patch that holds the direction.
 
 use super::chart::Chart;
-pub use super::walk::{Direction, Drawn, Located, Patch, Patches};
+pub use super::walk::{Direction, Drawn, Located, Patches};
 use crate::blob::Table;
 use crate::simd::{Num, WINDOW};
 use bytemuck::{Pod, Zeroable};

@@ -25,11 +25,14 @@ pub struct Patches<F: Num> {
     /// The smallest patch on the face and one behind the largest, columns and rows.
     first: [F; 2],
     behind: [F; 2],
-    low: [F; 2],
-    size: [F; 2],
+    /// Column and row on the face at which it begins.
+    pub low: [F; 2],
+    /// Columns and rows.
+    pub size: [F; 2],
     /// The density inside.
-    shape: PatchDensity<F>,
-    probability: F,
+    pub shape: PatchDensity<F>,
+    /// The share of the cell's light that the patch has.
+    pub probability: F,
     start: [F; 2],
     width: [F; 2],
 }
@@ -527,19 +530,6 @@ pub(super) struct FoundBlock {
     pub patch: [u32; 2],
 }
 
-/// A patch of a light.
-#[derive(Clone, Copy)]
-pub struct Patch {
-    /// Column and row on the face at which it begins.
-    pub low: [f32; 2],
-    /// Columns and rows.
-    pub size: [f32; 2],
-    /// The density inside.
-    pub shape: PatchDensity<f32>,
-    /// Its share of the light: those of all patches add up to 1.
-    pub share: f32,
-}
-
 /// How far rounding may carry a direction, of a client or of its own, in radians.
 const ROUNDING: f32 = 1.0 / (1 << 20) as f32;
 
@@ -731,7 +721,7 @@ impl<'a> Light<'a> {
     }
 
     /// Hands out the patches that begin in a row of a face, from left to right. Of coarse ones, all rows together hand out each once.
-    pub fn each_patch(&self, face: u32, row: u32, mut each: impl FnMut(&Patch)) {
+    pub fn each_patch(&self, face: u32, row: u32, mut each: impl FnMut(&Patches<f32>)) {
         let columns = self.chart.axes[0].patches;
         for first in (0..columns).step_by(GROUP) {
             let mut walk = Walk::<GROUP>::new();
@@ -743,8 +733,7 @@ impl<'a> Light<'a> {
             for (lane, column) in lanes.enumerate() {
                 let patch = walk.patches::<f32>(self, None, lane);
                 if patch.first == [column as f32, row as f32] {
-                    let Patches { low, size, shape, light, probability, .. } = patch;
-                    each(&Patch { low, size, shape, share: light * probability });
+                    each(&patch);
                 }
             }
         }

@@ -7,7 +7,7 @@
 use crate::blob::Size;
 use crate::light::chart::{Chart, Layout, square_of};
 use crate::light::environment::Environment;
-use crate::light::tables::{Light, Patch};
+use crate::light::tables::{Light, Patches};
 use crate::numeric::{exponent, max, min, times_power};
 use crate::simd::{Four, Num};
 use crate::sphere::Frame;
@@ -149,8 +149,8 @@ impl<'a> Rotated<'a> {
     }
 
     /// Adds a patch: its parts have what its density says, and all of them together its share.
-    fn add_patch(&self, face: u32, patch: &Patch, sums: &mut [f64]) {
-        let &Patch { low, size, shape, share } = patch;
+    fn add_patch(&self, face: u32, patch: &Patches<f32>, sums: &mut [f64]) {
+        let &Patches { low, size, shape, light, probability, .. } = patch;
         let [columns, rows] = [0, 1].map(|k: usize| (size[k] * self.parts[k]) as u32 + 1);
         let step = [1.0 / columns as f32, 1.0 / rows as f32];
         let parts = || (0..rows).flat_map(|j| (0..columns).map(move |i| [i as f32 * step[0], j as f32 * step[1]]));
@@ -161,7 +161,7 @@ impl<'a> Rotated<'a> {
         for at in parts() {
             let part = if total > 0.0 { density(at) / total } else { even };
             let place = [0, 1].map(|k: usize| [low[k] + size[k] * at[k], low[k] + size[k] * (at[k] + step[k])]);
-            self.add_part(f64::from(share) * part, face, place, sums);
+            self.add_part(f64::from(light * probability) * part, face, place, sums);
         }
     }
 

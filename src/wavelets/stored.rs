@@ -43,7 +43,7 @@ pub enum AnyTree<'a> {
     Tesseract(Tree<'a, 16>),
 }
 
-/// The same expression for a tree of each number of axes.
+/// The same expression for a tree of each number of axes; the number may have a name.
 macro_rules! of_any {
     ($any:expr, $tree:ident => $value:expr) => {
         match $any {
@@ -51,6 +51,26 @@ macro_rules! of_any {
             AnyTree::Square($tree) => $value,
             AnyTree::Cube($tree) => $value,
             AnyTree::Tesseract($tree) => $value,
+        }
+    };
+    ($any:expr, $axes:ident, $tree:ident => $value:expr) => {
+        match $any {
+            AnyTree::Line($tree) => {
+                const $axes: usize = 1;
+                $value
+            }
+            AnyTree::Square($tree) => {
+                const $axes: usize = 2;
+                $value
+            }
+            AnyTree::Cube($tree) => {
+                const $axes: usize = 3;
+                $value
+            }
+            AnyTree::Tesseract($tree) => {
+                const $axes: usize = 4;
+                $value
+            }
         }
     };
 }
@@ -84,12 +104,7 @@ impl<'a> AnyTree<'a> {
 
     /// The number of axes.
     pub fn axes(&self) -> u32 {
-        match self {
-            AnyTree::Line(_) => 1,
-            AnyTree::Square(_) => 2,
-            AnyTree::Cube(_) => 3,
-            AnyTree::Tesseract(_) => 4,
-        }
+        of_any!(self, AXES, _tree => AXES as u32)
     }
 
     /// The depth of the grid.
@@ -136,22 +151,17 @@ impl<'a> AnyTree<'a> {
     /// Samples a point of the unit cube for a number for each axis: its coordinates into `point`, and its density. A tree
     /// that is 0 everywhere gives the origin, and 0.
     pub fn sample(&self, u: &[f32], point: &mut [f32]) -> f32 {
-        match self {
-            AnyTree::Line(tree) => sample::<1, 2>(tree, u, point),
-            AnyTree::Square(tree) => sample::<2, 4>(tree, u, point),
-            AnyTree::Cube(tree) => sample::<3, 8>(tree, u, point),
-            AnyTree::Tesseract(tree) => sample::<4, 16>(tree, u, point),
-        }
+        of_any!(self, AXES, tree => {
+            let none = warp::Sample { point: [0.0; AXES], pdf: 0.0 };
+            let sample = warp::sample(tree, array::<AXES>(u)).unwrap_or(none);
+            copy(sample.point, point);
+            sample.pdf
+        })
     }
 
     /// The density at a point of as many coordinates as there are axes.
     pub fn pdf(&self, point: &[f32]) -> f32 {
-        match self {
-            AnyTree::Line(tree) => warp::pdf(tree, array::<1>(point)),
-            AnyTree::Square(tree) => warp::pdf(tree, array::<2>(point)),
-            AnyTree::Cube(tree) => warp::pdf(tree, array::<3>(point)),
-            AnyTree::Tesseract(tree) => warp::pdf(tree, array::<4>(point)),
-        }
+        of_any!(self, AXES, tree => warp::pdf(tree, array::<AXES>(point)))
     }
 
     /// Writes the numbers that lead to a point.
@@ -159,13 +169,7 @@ impl<'a> AnyTree<'a> {
     /// # Errors
     /// [`Status::ZeroDensity`] if none do.
     pub fn invert(&self, point: &[f32], u: &mut [f32]) -> Result<()> {
-        match self {
-            AnyTree::Line(tree) => copy(warp::invert(tree, array::<1>(point))?, u),
-            AnyTree::Square(tree) => copy(warp::invert(tree, array::<2>(point))?, u),
-            AnyTree::Cube(tree) => copy(warp::invert(tree, array::<3>(point))?, u),
-            AnyTree::Tesseract(tree) => copy(warp::invert(tree, array::<4>(point))?, u),
-        }
-        Ok(())
+        of_any!(self, AXES, tree => warp::invert(tree, array::<AXES>(point)).map(|numbers| copy(numbers, u)))
     }
 
     /// Warps points, one behind the other, in place (see [`warp::warp_in_place`]).
@@ -173,12 +177,7 @@ impl<'a> AnyTree<'a> {
     /// # Errors
     /// As [`warp::warp_in_place`].
     pub fn warp_in_place(&self, points: &mut [f32], index: &mut [u32]) -> Result<()> {
-        match self {
-            AnyTree::Line(tree) => warp::warp_in_place(tree, groups_mut::<[f32; 1]>(points), index),
-            AnyTree::Square(tree) => warp::warp_in_place(tree, groups_mut::<[f32; 2]>(points), index),
-            AnyTree::Cube(tree) => warp::warp_in_place(tree, groups_mut::<[f32; 3]>(points), index),
-            AnyTree::Tesseract(tree) => warp::warp_in_place(tree, groups_mut::<[f32; 4]>(points), index),
-        }
+        of_any!(self, AXES, tree => warp::warp_in_place(tree, groups_mut::<[f32; AXES]>(points), index))
     }
 
     /// The integral over the unit cube of the product with a tree of the first of these axes, at most as many; `None` if
@@ -199,13 +198,6 @@ impl<'a> AnyTree<'a> {
             _ => return None,
         })
     }
-}
-
-fn sample<const N: usize, const C: usize>(tree: &Tree<C>, u: &[f32], point: &mut [f32]) -> f32 {
-    let none = warp::Sample { point: [0.0; N], pdf: 0.0 };
-    let sample = warp::sample(tree, array::<N>(u)).unwrap_or(none);
-    copy(sample.point, point);
-    sample.pdf
 }
 
 /// The first numbers of a slice, which has as many.

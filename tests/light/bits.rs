@@ -3,7 +3,7 @@
 use super::built::{Built, Random, in_lanes};
 use super::lookup::Map;
 use super::maps::{descriptions, layouts, rough, suns};
-use wis::light::batch::{pdfs, samples};
+use wis::light::batch::{Density, pdfs, samples};
 use wis::light::plan::{Description, Filter};
 use wis::sample::Sample;
 use wis::simd::{GROUP, Level};

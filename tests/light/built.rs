@@ -3,6 +3,7 @@
 use super::lookup::Map;
 pub use crate::support::Random;
 use crate::support::scenes;
+use wis::light::batch::Density;
 use wis::light::environment::{Environment, turn};
 use wis::light::pixels::{Format, Pixels};
 use wis::light::plan::{Description, Plan};

@@ -8,7 +8,7 @@ use wis::brdf::material::{Material, Shape};
 use wis::brdf::point::Point;
 use wis::direct::Ray;
 use wis::direct::sampler::{Config, Sampler, Sequence};
-use wis::light::batch::{pdfs, samples};
+use wis::light::batch::{Density, pdfs, samples};
 use wis::light::chart::Layout;
 use wis::light::density::Inverted;
 use wis::light::environment::Environment;

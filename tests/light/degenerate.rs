@@ -3,6 +3,7 @@
 use super::built::{Built, Random};
 use super::lookup::{Map, single};
 use super::maps::{layouts, rough, suns};
+use wis::light::batch::Density;
 use wis::light::chart::Layout;
 use wis::light::density::Inverted;
 use wis::light::plan::{Description, Filter};

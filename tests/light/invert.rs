@@ -3,6 +3,7 @@
 use super::built::{Built, Random};
 use super::lookup::{Map, double, single};
 use super::maps::{descriptions, layouts, rough, suns};
+use wis::light::batch::Density;
 use wis::light::chart::Layout;
 use wis::light::density::Inverted;
 use wis::light::plan::Filter;

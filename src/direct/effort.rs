@@ -20,9 +20,8 @@ const OF_PORTALS_LEAST: usize = 16;
 /// Candidates of each source for a ray where little of the light was seen: most of what more of them find is blocked. In rooms of one to four
 /// openings, variance x time with 4 rays is then 0.7 (absolute) and 0.5 times as high (relative), and 0.9 and 0.6 times with expensive rays.
 const OF_DARK: usize = 4;
-/// From so many rays on, fewer candidates for each suffice: with 16 rays, 4 have 1.1 (absolute) and 1.3 times (relative) the efficiency of 8 where
-/// rays are cheap, 0.8 and 1.0 times where they are expensive, and in rooms without portals 1.5 and 1.4, 1.1 and 1.1 times
-/// (docs/measurements/development.md).
+/// From more rays on, fewer candidates for each suffice. With 16 rays, 4 have 1.1 (absolute) and 1.3 times (relative) the efficiency of 8 where
+/// rays are cheap, but 0.8 and 1.0 times where they are expensive (docs/measurements/development.md).
 const MANY: usize = 16;
 /// The most candidates of a source in a call for which the library chooses their number.
 pub const MOST: usize = 1024;
@@ -33,7 +32,7 @@ fn per_ray(rays: usize, least: f32) -> usize {
     match rays {
         0..=1 if least < NARROW => 32,
         0..=1 if least < f32::MAX => 16,
-        0..MANY => 8,
+        0..=MANY => 8,
         _ => 4,
     }
 }
@@ -101,6 +100,6 @@ impl Effort {
             let each = rounded((rays * wanted).div_ceil(2));
             self.of_portals(rays) + 2 * if self.wanted == 0 { each.min(MOST) } else { each }
         };
-        [1, self.rays.min(MANY - 1), self.rays].into_iter().map(of).max().unwrap_or(0)
+        [1, self.rays.min(MANY), self.rays].into_iter().map(of).max().unwrap_or(0)
     }
 }

@@ -1,11 +1,9 @@
 //! What a renderer in Rust calls, all of it safe: a map, memory, and the densities of a sampler.
 
-use crate::brdf::compare::{self, Match, Mistake};
-use crate::brdf::point::Point;
+use crate::brdf::compare::Mistake;
 use crate::direct::sampler::{Config, MAX_RAYS, Sampler};
 use crate::light::batch::{pdfs, samples};
 use crate::light::chart::Layout;
-use crate::light::compare::{Comparison, compare};
 use crate::light::environment::{Environment, Size};
 use crate::light::pixels::{Format, Pixels};
 use crate::light::plan::{Description, Filter, Plan};
@@ -14,6 +12,12 @@ use crate::sphere::{Frame, unit};
 use crate::status::{Error, Result, Status};
 use bytemuck::{Pod, Zeroable};
 use core::fmt;
+#[cfg(feature = "checks")]
+use {
+    crate::brdf::compare::{self, Match},
+    crate::brdf::point::Point,
+    crate::light::compare::{Comparison, compare},
+};
 
 /// 64 bytes, aligned to 64: `vec![Block::ZERO; Block::count(bytes)]` is memory for any object.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -182,6 +186,7 @@ impl Sampler<'_> {
     ///
     /// # Errors
     /// [`Status::CallbackFailed`] for a radiance that is NaN, infinite or negative; as [`Sampler::sample`].
+    #[cfg(feature = "checks")]
     pub fn check(
         &self,
         environment: &Environment<'_>,
@@ -202,6 +207,7 @@ impl Sampler<'_> {
     ///
     /// # Errors
     /// What is wrong with the point; [`Status::CallbackFailed`] for a value that is NaN, infinite or negative.
+    #[cfg(feature = "checks")]
     pub fn check_point(
         &self,
         environment: &Environment<'_>,

@@ -29,7 +29,7 @@ const THROUGH: f32 = 0.7;
 /// 1.05 (relative), 0.98 and 1.12; GGX 0.02 1.21 and 1.12, 0.93 and 0.95.
 const RESOLVED: f32 = 0.07;
 /// Of views with a smaller cosine, below 80 degrees and more, the grid sees no lobe that is narrower than the next constant: with
-/// [`RESOLVED`] alone GGX 0.02 states an integral 7 to 22 % off under a smooth sky.
+/// `RESOLVED` alone GGX 0.02 states an integral 7 to 22 % off under a smooth sky.
 pub const GRAZING: f32 = 0.175;
 /// See above.
 const RESOLVED_IF_GRAZING: f32 = 0.085;

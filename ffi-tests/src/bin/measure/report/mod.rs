@@ -10,8 +10,9 @@ mod tables;
 
 pub use self::studies::Options;
 use self::tables::Run;
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
+use std::collections::BTreeSet;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::PathBuf;
 use studies::Study;
@@ -137,13 +138,14 @@ fn inputs(scene: &Scene, setting: &Setting, most: usize) -> u64 {
     hash(&(scene.fingerprint(), setting.light.fingerprint(), format!("{:?}", setting.material), most))
 }
 
-/// Tells apart this program and the library that it runs with.
+/// Tells apart this program and the libraries that it runs with: this version's, and 0.2's once it is loaded, in any order.
 fn programs() -> Result<u64> {
-    let maps = std::fs::read_to_string("/proc/self/maps").unwrap_or_default();
-    let library =
-        maps.lines().filter_map(|line| line.split_whitespace().last()).find(|path| path.contains("libwis.so"));
-    let library = library.context("libwis.so is not loaded")?;
-    Ok(hash(&(std::fs::read(std::env::current_exe()?)?, std::fs::read(library)?)))
+    let maps = std::fs::read_to_string("/proc/self/maps")?;
+    let paths = maps.lines().filter_map(|line| line.split_whitespace().last());
+    let libraries: BTreeSet<&str> = paths.filter(|path| path.contains("libwis.so")).collect();
+    ensure!(!libraries.is_empty(), "libwis.so is not loaded");
+    let bytes = libraries.into_iter().map(std::fs::read).collect::<std::io::Result<Vec<_>>>()?;
+    Ok(hash(&(std::fs::read(std::env::current_exe()?)?, bytes)))
 }
 
 fn hash(value: &impl Hash) -> u64 {

@@ -38,7 +38,7 @@ CXXFLAGS ?= $(CFLAGS)
 FILL_IN := sed -e 's/@VERSION@/$(VERSION)/' -e 's/@MAJOR@/$(MAJOR)/' -e 's/@MINOR@/$(MINOR)/' \
 	-e 's/@ABI@/$(ABI)/'
 
-.PHONY: help lib header install install-files print-abi demo pathtracer pathtracer-page figure gallery hardcases report goals test-report performance check-pages light rooms passes structured wavelets \
+.PHONY: help lib header install install-files print-abi demo pathtracer pathtracer-page figure gallery hardcases report goals performance check-pages light rooms passes structured wavelets \
 	triple check test fuzz fuzz-guided growth instructions check-bits coverage soak sanitizers mutants check-aarch64 check-thumb renderers cycles test-renderers web test-web test-slow dist wheel docs abi clean
 
 help: ## list the targets
@@ -133,7 +133,7 @@ hardcases: lib ## run the hard cases, print their table and write docs/measureme
 	scripts/instruments.sh $(LIB) run --bin hardcases -- docs/measurements/hard-cases.md
 	{ echo && scripts/provenance.sh hardcases; } >> docs/measurements/hard-cases.md
 
-report: lib ## measure speed against error into report/index.html and docs/measurements/report.md: QUICK=1 for a check, ARGS='--map FILE'
+report: lib ## measure speed against error into report/report.md, and in short into docs/measurements/report.md: QUICK=1 for a check, ARGS='--map FILE'
 	scripts/setup.sh test
 	scripts/earlier.sh
 	scripts/instruments.sh $(LIB) run --bin measure -- report $(if $(QUICK),--quick,--docs docs/measurements/report.md) $(ARGS)
@@ -143,10 +143,6 @@ goals: lib ## hold the goals of 0.3 beside version 0.2, which is built from the 
 	scripts/setup.sh test
 	scripts/earlier.sh
 	scripts/instruments.sh $(LIB) run --bin measure -- goals $(if $(QUICK),$(BUILD)/goals-quick.md --quick,docs/measurements/goals.md)
-
-test-report: ## open report/index.html in a browser without a window, at two widths: screenshots in build/test-report
-	scripts/setup.sh browser
-	scripts/test-report.sh report/index.html $(BUILD)/test-report
 
 performance: ## write docs/performance.md, docs/papers.md and the gains of README.md from the measured pages
 	scripts/performance-page.py
@@ -200,13 +196,11 @@ test-web: web lib ## open the browser's page without a window, at two widths: sc
 	$(BUILD)/twenty > $(BUILD)/twenty.txt
 	web/test.py $(BUILD)/web/index.html $(BUILD)/twenty.txt $(BUILD)/test-web
 
-test-slow: ## what takes longer than a push may: mutants, real renderers, bits and archives of other platforms, the report and the page in a browser
+test-slow: ## what takes longer than a push may: mutants, real renderers, bits and archives of other platforms, the page in a browser
 	$(MAKE) mutants
 	$(MAKE) test-renderers QUICK=1
 	$(MAKE) check-bits ALL=1
 	$(MAKE) dist
-	[ -f report/index.html ] || $(MAKE) report QUICK=1
-	$(MAKE) test-report
 	$(MAKE) test-web
 
 dist: lib ## pack libraries, headers, licences and pages into build/wis-VERSION-PLATFORM.tar.gz, and build clients of them without Rust: PLATFORMS=native

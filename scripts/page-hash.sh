@@ -13,7 +13,7 @@ sources() {
         renderers) find ffi-tests/mitsuba ffi-tests/pictures.rs ffi-tests/rpt ffi-tests/threers python/wisdirect -name '*.py' -o -name '*.rs' -o -name requirements.txt ;;
         *)
             echo c-examples/direct.h
-            find ffi-tests/src -name '*.c' -o -name '*.css' -o -name '*.js' -o -name '*.rs' -not -path '*/bin/*' -not -path '*/hardcases/*'
+            find ffi-tests/src -name '*.c' -o -name '*.rs' -not -path '*/bin/*' -not -path '*/hardcases/*'
             find ffi-tests/src/bin -path "*/bin/$1.rs" -o -path "*/bin/$1/*" -o -path "*/bin/measure/$1/*.rs" -o -path "*/bin/measure/*.rs" -not -path "*/measure/*/*" ;;
     esac
 }

@@ -19,14 +19,14 @@ pub struct Piecewise {
 }
 
 /// A piecewise constant function on [0, 1].
-pub struct Constant {
-    pub value: Vec<f32>,
+struct Constant {
+    value: Vec<f32>,
     cumulative: Vec<f32>,
-    pub integral: f32,
+    integral: f32,
 }
 
 impl Constant {
-    pub fn new(value: Vec<f32>) -> Constant {
+    fn new(value: Vec<f32>) -> Constant {
         let n = value.len() as f32;
         let mut cumulative = vec![0.0];
         let mut sum = 0.0;
@@ -42,53 +42,27 @@ impl Constant {
     }
 
     /// Where `u` leads, and in which piece.
-    pub fn sample(&self, u: f32) -> (f32, usize) {
+    fn sample(&self, u: f32) -> (f32, usize) {
         let piece = self.cumulative.partition_point(|&bound| bound <= u).saturating_sub(1).min(self.value.len() - 1);
         let [low, high] = [self.cumulative[piece], self.cumulative[piece + 1]];
         let inside = if high > low { (u - low) / (high - low) } else { u - low };
         ((piece as f32 + inside) / self.value.len() as f32, piece)
     }
-
-    /// The density of a piece.
-    pub fn pdf(&self, piece: usize) -> f32 {
-        if self.integral > 0.0 { self.value[piece] / self.integral } else { 0.0 }
-    }
-
-    /// Whether a u leads to a piece.
-    pub fn reached(&self, piece: usize) -> bool {
-        self.cumulative[piece] < self.cumulative[piece + 1]
-    }
 }
 
 impl Piecewise {
     /// Proportional to the light as its client looks it up.
-    pub fn plain(light: &Light) -> Piecewise {
-        Piecewise::new(light, |luminance| luminance)
-    }
-
-    /// Proportional to what the light has above its mean (Karlik et al. 2019).
-    pub fn compensated(light: &Light) -> Piecewise {
-        let mean = light.mean();
-        Piecewise::new(light, |luminance| (luminance - mean).max(0.0))
-    }
-
-    fn new(light: &Light, weight: impl Fn(f64) -> f64) -> Piecewise {
+    pub fn new(light: &Light) -> Piecewise {
         let finer = if light.is_bilinear() { 2 } else { 1 };
         let (layout, size) = (light.layout(), light.size().map(|n| finer * n));
         let cell = |x: usize, y: usize| {
             let (d, angle) = direction(layout, size, [x as f64 + 0.5, y as f64 + 0.5]);
-            (weight(light.exact(light.to_world(d).as_vec3())) * angle) as f32
+            (light.exact(light.to_world(d).as_vec3()) * angle) as f32
         };
         let conditional: Vec<Constant> =
             (0..size[1]).map(|y| Constant::new((0..size[0]).map(|x| cell(x, y)).collect())).collect();
         let marginal = Constant::new(conditional.iter().map(|row| row.integral).collect());
         Piecewise { layout, size, map_from_world: light.map_from_world(), conditional, marginal }
-    }
-
-    /// What its tables take.
-    pub fn bytes(&self) -> usize {
-        let table = |t: &Constant| 4 * (t.value.len() + t.cumulative.len());
-        table(&self.marginal) + self.conditional.iter().map(table).sum::<usize>()
     }
 
     /// Probability for a unit of the map over the directions of that unit.
@@ -149,7 +123,7 @@ mod tests {
     #[test]
     fn samples_meet_their_pdf() {
         for light in [Light::windows(64), Light::windows(64).bilinear()] {
-            let table = Piecewise::plain(&light);
+            let table = Piecewise::new(&light);
             let mut u = vec![[0.0; 2]; 1 << 14];
             client::sobol(3, 0, &mut u).unwrap();
             let (mut sum, mut off) = (0.0, 0);

@@ -2,7 +2,6 @@
 
 use super::bounds::{Bounded, Figures, LARGEST};
 use super::laws::Verdict;
-use super::peers::Answers;
 use super::scenes::HUGE;
 use std::fmt::Display;
 
@@ -45,8 +44,8 @@ pub struct Light {
     pub got: Verdict,
     /// How well the density fits the light.
     pub accuracy: Option<Accuracy>,
-    /// What the peers' formulas answer.
-    pub peers: Answers,
+    /// What a common sampler does.
+    pub common: String,
     /// The machine is too small for the case.
     pub skipped: bool,
 }
@@ -153,18 +152,18 @@ fn bound(x: f64) -> String {
 }
 
 impl Light {
-    /// A row without accuracy and peers.
+    /// A row without accuracy and the common sampler.
     pub fn new(case: impl Into<String>, client: &'static str, got: Verdict) -> Light {
-        Light { case: case.into(), client, got, accuracy: None, peers: Answers::default(), skipped: false }
+        Light { case: case.into(), client, got, accuracy: None, common: "-".into(), skipped: false }
     }
 
     fn line(&self) -> String {
-        let Light { case, client, got, accuracy, peers: Answers { sums, warp }, .. } = self;
+        let Light { case, client, got, accuracy, common, .. } = self;
         let got = shown(got);
         let columns = accuracy.map_or("- | - | -".into(), |a| {
             format!("{} | < {:.2} | {}", bound(a.deviation), (a.maximum * 100.0).ceil() / 100.0, bound(a.mean))
         });
-        format!("| {case} | {client} | {got} | {columns} | {sums} | {warp} |\n")
+        format!("| {case} | {client} | {got} | {columns} | {common} |\n")
     }
 }
 

@@ -3,7 +3,7 @@
 use super::huge::Huge;
 use super::laws::{self, Verdict, ensure, fails};
 use super::maps::{Image, hot, sky};
-use super::peers::Answers;
+use super::peers;
 use super::table::{Accuracy, Light, Table};
 use crate::client::{self, Density, raw};
 use crate::environment::{self, Environment, Map, Sampler};
@@ -82,14 +82,14 @@ fn map(image: &Image, (filter, flags): (u32, u32)) -> Map<'_> {
     Map { filter, flags, ..image.map() }
 }
 
-/// For a bilinear and for a nearest client; the peers stand beside the first.
+/// For a bilinear and for a nearest client; the common sampler stands beside the first.
 fn both(table: &mut Table, name: &str, image: &Image, kinds: &[(u32, u32)]) {
     for (i, &kind) in kinds.iter().enumerate() {
         let client = if kind.0 == raw::WIS_FILTER_NEAREST { "nearest" } else { "bilinear" };
         let accuracy = judge(image, kind);
         let got = accuracy.as_ref().map(|_| "legal".to_string()).map_err(String::clone);
-        let peers = if i == 0 { Answers::of(image) } else { Answers::default() };
-        table.lights.push(Light { accuracy: accuracy.ok(), peers, ..Light::new(name, client, got) });
+        let common = if i == 0 { peers::judge(image).unwrap_or_else(|fault| fault.to_string()) } else { "-".into() };
+        table.lights.push(Light { accuracy: accuracy.ok(), common, ..Light::new(name, client, got) });
     }
 }
 

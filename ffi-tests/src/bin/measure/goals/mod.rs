@@ -45,5 +45,5 @@ pub fn run(file: &Path, quick: bool) -> Result<()> {
     )];
     short.extend(times::parts(&lights[lights.len() / 4], if quick { 6 } else { 60 })?);
     short.extend(variance::parts(&lights, quick, &file.with_extension("tsv"))?);
-    Page::measured("Goals of version 0.3 beside version 0.2", short, "goals")?.write_markdown(file)
+    Page::measured("Goals of version 0.3 beside version 0.2", short, "goals")?.write(file)
 }

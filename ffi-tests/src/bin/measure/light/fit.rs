@@ -105,7 +105,7 @@ mod tests {
     #[test]
     fn an_exact_density_has_no_deviation() {
         let (nearest, smooth) = (Light::windows(64), Light::windows(64).bilinear());
-        let table = Piecewise::plain(&nearest);
+        let table = Piecewise::new(&nearest);
         let exact = fit(&nearest, &[&table], 1 << 16).unwrap()[0];
         assert!(exact.deviation() < 0.02 && exact.missed == 0.0 && (exact.total - 1.0).abs() < 1e-3, "{exact:?}");
         let coarse = fit(&smooth, &[&table], 1 << 16).unwrap()[0];

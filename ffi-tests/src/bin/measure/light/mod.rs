@@ -37,7 +37,7 @@ pub fn run(file: &Path, quick: bool) -> Result<()> {
     let speeds = [bilinear?, nearest?];
     let timed = timed.name;
     let results = Results { quick, fits, speeds, timed, sizes, budgets };
-    page::page(&results)?.write_markdown(file)?;
+    page::page(&results)?.write(file)?;
     if quick { check(&results) } else { Ok(()) }
 }
 
@@ -114,7 +114,7 @@ fn speeds(light: &Light, rounds: usize) -> Result<Vec<Speed>> {
 
 /// Hands out the light by wis and pbrt's table.
 fn with_densities<T>(light: &Light, run: impl FnOnce(&[&dyn Density]) -> Result<T>) -> Result<T> {
-    let (tables, piecewise) = (light.tables(0, 0.0)?, Piecewise::plain(light));
+    let (tables, piecewise) = (light.tables(0, 0.0)?, Piecewise::new(light));
     let sampler = RefCell::new(environment::Sampler::new(1, 0, 0)?);
     let own = environment::Light::new(&tables, &sampler);
     run(&[&own, &piecewise])

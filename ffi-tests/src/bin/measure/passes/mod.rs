@@ -50,7 +50,7 @@ pub fn run(file: &Path, quick: bool) -> Result<()> {
             }
         }
     }
-    page::page(&cells)?.write_markdown(file)
+    page::page(&cells)?.write(file)
 }
 
 /// Every so many columns and rows of the view are rendered.

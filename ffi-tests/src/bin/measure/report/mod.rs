@@ -60,11 +60,8 @@ pub fn run(options: Options) -> Result<()> {
 }
 
 fn write(page: &Page, options: &Options) -> Result<()> {
-    std::fs::create_dir_all(&options.out)?;
-    let file = options.out.join("index.html");
-    page.write_html(&file)?;
-    println!("The report is {}", file.display());
-    options.docs.as_ref().map_or(Ok(()), |file| page.write_markdown(file))
+    page.write(&options.out.join("report.md"))?;
+    options.docs.as_ref().map_or(Ok(()), |file| page.write_short(file))
 }
 
 /// How cells are measured and kept.

@@ -32,7 +32,7 @@ pub struct Options {
     /// Shading points in a scene
     #[arg(long)]
     pub points: Option<usize>,
-    /// Where index.html goes
+    /// Where report.md goes, with its plots
     #[arg(long, default_value = "report")]
     pub out: PathBuf,
     /// Also writes the short form to this file, with its plots and a picture in a folder of its name

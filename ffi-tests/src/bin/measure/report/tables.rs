@@ -112,29 +112,22 @@ pub fn page(run: &Run, cells: &[Cell], suns: &[Cell], measured: &Measured) -> Re
     let mut long = Vec::new();
     for name in studies(cells) {
         let cells = of_study(cells, &name);
-        let mut parts = by_method(&cells);
-        parts.extend(by_lobe(&cells));
-        parts.extend(by_region(&cells));
-        long.push((format!("All gains of the study \"{name}\": {} cells", cells.len()), parts));
+        long.push(Part::Heading(format!("All gains of the study \"{name}\": {} cells", cells.len())));
+        long.extend([by_method(&cells), by_lobe(&cells), by_region(&cells)].into_iter().flatten());
     }
     let lights = lights(&main);
     let names: Vec<&str> = lights.iter().map(String::as_str).collect();
     let lobe_names: Vec<&str> = lobes.iter().map(String::as_str).collect();
-    for scale in Scale::all() {
-        let mut parts = Vec::new();
+    for (k, scale) in Scale::all().enumerate() {
+        long.push(Part::Heading(format!("Error against time, every light and lobe: {}", scale.name())));
         for (i, lights) in names.chunks(3).enumerate() {
             let svg = plots::error_against_time(&main, scale, lights, &lobe_names)?;
-            parts.push(Part::Plot(
-                format!("all-{i}.svg"),
-                svg,
-                format!("{} error, {} costs", METRICS[scale.metric].0, MODELS[scale.model].0),
-            ));
+            long.push(Part::Plot(format!("all-{k}-{i}.svg"), svg, format!("{}, {}", scale.name(), lights.join(", "))));
         }
-        long.push((format!("Error against time, every light and lobe: {}", scale.name()), parts));
     }
     for name in studies(cells) {
-        let parts = of_study(cells, &name).iter().flat_map(|cell| errors(cell)).collect();
-        long.push((format!("Errors and times of every method in every cell of \"{name}\""), parts));
+        long.push(Part::Heading(format!("Errors and times of every method in every cell of \"{name}\"")));
+        long.extend(of_study(cells, &name).iter().flat_map(|cell| errors(cell)));
     }
     Ok(Page {
         title: "wis beside other ways to sample an environment".into(),

@@ -68,7 +68,7 @@ pub fn run(file: &Path, quick: bool) -> Result<()> {
     }
     let passes = passes::measured(&lights, quick)?;
     let several = several::measured(&lights, points, quick)?;
-    page::page(&cells, &seen, &passes, &several)?.write_markdown(file)
+    page::page(&cells, &seen, &passes, &several)?.write(file)
 }
 
 /// Which lights a scene has.

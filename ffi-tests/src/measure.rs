@@ -11,7 +11,7 @@ use crate::method::Method;
 use crate::reference::Reference;
 use crate::scene::Scene;
 use crate::setting::{Setting, shadowed_and_not};
-use crate::statistics::median;
+use crate::statistics::mean_and_error;
 use crate::timing::{Times, time};
 use anyhow::Result;
 use glam::Vec3;
@@ -87,9 +87,9 @@ pub struct Errors {
 }
 
 impl Row {
-    /// The median over repeats of what a repeat answers.
-    pub fn median(&self, of: impl Fn(&Repeat) -> f64) -> f64 {
-        median(&self.repeats.iter().map(of).collect::<Vec<_>>())
+    /// The mean over repeats of what a repeat answers: a median would hide the rare repeats that a method fails in.
+    pub fn mean(&self, of: impl Fn(&Repeat) -> f64) -> f64 {
+        mean_and_error(&self.repeats.iter().map(of).collect::<Vec<_>>()).0
     }
 }
 

@@ -51,9 +51,9 @@ pub fn counts(cell: &Cell) -> Vec<usize> {
     counts
 }
 
-/// The median variance of a method.
+/// The mean variance of a method.
 pub fn variance(cell: &Cell, method: &str, count: usize, metric: usize) -> Option<f64> {
-    Some(row(cell, method, count)?.median(|repeat| METRICS[metric].1(&repeat.errors[0])))
+    Some(row(cell, method, count)?.mean(|repeat| METRICS[metric].1(&repeat.errors[0])))
 }
 
 /// The better of both limits.

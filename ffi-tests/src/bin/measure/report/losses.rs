@@ -130,7 +130,7 @@ impl Loss {
         let variance = |cell: &Cell, method: &str| gains::variance(cell, method, count, scale.metric);
         let unshadowed = |cell: &Cell, method: &str| {
             let of = |errors: &Errors| errors.unshadowed;
-            Some(gains::row(cell, method, count)?.median(|repeat| of(&repeat.errors[0])))
+            Some(gains::row(cell, method, count)?.mean(|repeat| of(&repeat.errors[0])))
         };
         let with = |&(method, call): &(&'static str, &'static str)| {
             let gains = best.iter().filter_map(|(cell, peer, _)| over(cell, method, peer, count, scale));

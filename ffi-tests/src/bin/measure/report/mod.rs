@@ -171,7 +171,7 @@ fn check(cells: &[Cell]) -> Result<()> {
         }
         for method in ["direct", "product"] {
             let rows: Vec<_> = cell.rows.iter().filter(|row| row.method == method).collect();
-            let unshadowed = rows.iter().map(|row| row.median(|r| r.errors[0].unshadowed)).collect::<Vec<_>>();
+            let unshadowed = rows.iter().map(|row| row.mean(|r| r.errors[0].unshadowed)).collect::<Vec<_>>();
             if !falls(&unshadowed, cell.reference.1) {
                 bail!("{name}: the error of {method} does not fall: {unshadowed:?}");
             }

@@ -130,7 +130,7 @@ fn border(mut points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
 pub fn error_against_time(cells: &[&Cell], scale: Scale, lights: &[&str], materials: &[&str]) -> Result<String> {
     let point = |row: &Row| {
         let ns = row.times[scale.caches][scale.model].ns();
-        (ns / 1e3, row.median(|repeat| METRICS[scale.metric].1(&repeat.errors[0])).sqrt())
+        (ns / 1e3, row.mean(|repeat| METRICS[scale.metric].1(&repeat.errors[0])).sqrt())
     };
     let is_drawn = |cell: &&&Cell| lights.contains(&cell.light.as_str()) && materials.contains(&cell.material.as_str());
     let shown: Vec<&Cell> = cells.iter().filter(is_drawn).copied().collect();

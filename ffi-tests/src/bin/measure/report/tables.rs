@@ -466,7 +466,7 @@ fn method(run: &Run, slower: Times) -> Vec<Part> {
     let peers = EXTENDED.each.iter().map(|peer| peer.name()).collect::<Vec<_>>().join("; ");
     let items = [
         format!("Machine: {}, one thread. Commit {}. `report {}`.", run.machine, run.commit, run.command),
-        format!("{} shading points in a scene, {} independent repeats, medians over repeats.", run.points, run.repeats),
+        format!("{} shading points in a scene, {} independent repeats, means over repeats.", run.points, run.repeats),
         "Absolute error: RMSE / mean of the image. Relative error: sqrt(mean(d^2 / (reference^2 + (0.01 mean)^2))). Tables of gains compare squared errors.".into(),
         "Equal time: variance x time of a baseline over variance x time of wis, at the same number of rays.".into(),
         "Times include drawing, preparing, evaluating and tracing. The costs of the expensive model are really spent.".into(),
@@ -564,14 +564,14 @@ fn errors(cell: &Cell) -> Vec<Part> {
     let head = ["method", "rays"].into_iter().map(String::from).chain(us).chain(errors.map(String::from));
     let mut table = Table::new(1, &head.collect::<Vec<_>>());
     for row in &cell.rows {
-        let root = |of: fn(&Errors) -> f64| format!("{:.4}", row.median(|r| of(&r.errors[0])).sqrt());
+        let root = |of: fn(&Errors) -> f64| format!("{:.4}", row.mean(|r| of(&r.errors[0])).sqrt());
         let us = row
             .times
             .iter()
             .flatten()
             .map(|time| if time.ns() > 0.0 { format!("{:.2}", time.ns() / 1e3) } else { "-".into() });
         let errors = [root(|e| e.absolute), root(|e| e.relative), root(|e| e.unshadowed)];
-        let tail = format!("{:.3}", row.median(|r| r.errors[0].tail));
+        let tail = format!("{:.3}", row.mean(|r| r.errors[0].tail));
         table.row([row.method.clone(), row.count.to_string()].into_iter().chain(us).chain(errors).chain([tail]));
     }
     let pixels: HashMap<&str, usize> = REGIONS.iter().copied().zip(cell.pixels).collect();

@@ -89,7 +89,7 @@ pub fn page(cells: &[Cell], seen: &[Seen], passes: &[Passes], several: &[Several
     ];
     parts.push(Part::Heading("How it was measured".into()));
     parts.push(Part::List(vec![
-        format!("Lights: {lights}. Materials: Lambert, GGX 0.2, a mix with GGX 0.1. 240 points, 8 repeats, caches of a renderer."),
+        format!("Lights: {lights}. Materials: Lambert, GGX 0.2, a mix with GGX 0.1. 240 points, 32 repeats, caches of a renderer."),
         "A room of 4 x 4 x 2.4 with a cow in it. The small window is 20 x 15 degrees wide from its middle. A portal faces away: its edges are exchanged.".into(),
         "MIS: one half of the samples from the light or the portals, one half from the BRDF, balance heuristic; for one ray one of each.".into(),
         "Uniform in portals: uniform in solid angle, portals by solid angle. pbrt-v4's windows: the map over the angles along both edges of a portal, \

@@ -23,8 +23,8 @@ pub const RAYS: [usize; 3] = [1, 4, 16];
 pub const STEP: u32 = 4;
 /// Passes that teach, of as many rays as are judged.
 const PASSES: u32 = 4;
-/// Repeats that are judged and timed, and those that are timed where rays are expensive.
-const REPEATS: [u32; MODELS.len()] = [16, 4];
+/// Repeats that are judged and timed, and those that are timed where rays are expensive: of few rays more, whose errors are heavy-tailed.
+const REPEATS: [[u32; MODELS.len()]; RAYS.len()] = [[128, 8], [64, 4], [16, 4]];
 /// Seeds of repeats are apart from those that taught.
 const JUDGED: u32 = 100;
 
@@ -49,12 +49,13 @@ pub fn measured(scene: &Scene, taught: &Scene, setting: &Setting, truth: &Truth)
         let mut bare = Renderer::new(setting, None, rays)?;
         let mut learnt = Renderer::new(setting, Some(Cache::new()?), rays)?;
         learnt.learn(setting, scene, taught)?;
+        let repeats = REPEATS[number];
         let found = [
-            judged(scene, setting, truth, mis)?,
-            judged(scene, setting, truth, |setting, place, repeat| {
+            judged(scene, setting, truth, repeats, mis)?,
+            judged(scene, setting, truth, repeats, |setting, place, repeat| {
                 bare.call(scene, setting, place, (JUDGED + repeat, 0))
             })?,
-            judged(scene, setting, truth, |setting, place, repeat| {
+            judged(scene, setting, truth, repeats, |setting, place, repeat| {
                 learnt.call(scene, setting, place, (JUDGED + repeat, 0))
             })?,
         ];
@@ -69,12 +70,13 @@ fn judged(
     scene: &Scene,
     setting: &Setting,
     truth: &Truth,
+    repeats: [u32; MODELS.len()],
     mut estimate: impl FnMut(&Setting, &ShadingPoint, u32) -> Result<f64>,
 ) -> Result<([f64; 2], [f64; MODELS.len()])> {
     let (mut errors, mut times) = ([0.0; 2], [f64::INFINITY; MODELS.len()]);
     for (model, (_, cost)) in MODELS.into_iter().enumerate() {
         let setting = setting.at(cost);
-        for repeat in 0..REPEATS[model] {
+        for repeat in 0..repeats[model] {
             let begin = 1e9 * processor::seconds();
             let each = scene.points.iter().map(|place| Ok([estimate(&setting, place, repeat)?; 2]));
             let estimates = each.collect::<Result<Vec<_>>>()?;

@@ -248,6 +248,12 @@ impl<'a> Shaded<'a> {
         (F::ints_of(cell), [at(0), at(1)], leaf)
     }
 
+    /// One by one many need it.
+    #[inline(never)]
+    fn cells_apart<F: Num>(&self, u: [F; 2]) -> (F::Ints, [F; 2], Leaf<F>) {
+        self.cells(u)
+    }
+
     /// The density of located directions by the grid. `near`: leaves that may hold them.
     #[inline(always)]
     fn grid<F: Num>(&self, located: &Located<F>, near: Option<&Leaf<F>>) -> F {
@@ -274,7 +280,7 @@ impl<'a> Shaded<'a> {
     #[inline(always)]
     fn grid_sample<F: Num>(&self, frame: &Frame, u: [F; 2], mixed: bool) -> FromGrid<F> {
         F::apart(move || {
-            let (cells, numbers, leaf) = self.cells(u);
+            let (cells, numbers, leaf) = if F::WIDTH == 1 { self.cells_apart(u) } else { self.cells(u) };
             let (world, located, strayed) = self.light.to_world(frame, &self.light.sample_in::<F>(cells, numbers));
             let grid = self.grid(&located, Some(&leaf));
             let pdf = if mixed { self.with_lobes(frame, world, grid) } else { grid };
@@ -317,7 +323,7 @@ impl<'a> Shaded<'a> {
     #[cold]
     #[inline(never)]
     fn settled(&self, frame: &Frame, u: [f32; 2]) -> Sample {
-        let ([cell], numbers, _) = self.cells::<f32>(u);
+        let ([cell], numbers, _) = self.cells_apart(u);
         let (wi, located) = self.light.settle(frame, cell, numbers);
         Sample { wi, pdf: self.with_lobes(frame, wi, self.grid(&located, None)) }
     }
@@ -369,7 +375,7 @@ impl<'a> Shaded<'a> {
             if !(grid >= 0.0) {
                 return false;
             }
-            let (cells, numbers, _) = self.cells::<f32>([min(grid, ONE_MINUS_EPSILON), u[1]]);
+            let (cells, numbers, _) = self.cells_apart([min(grid, ONE_MINUS_EPSILON), u[1]]);
             located.is_in_patch_of(&self.light.sample_in::<f32>(cells, numbers))
         };
         inward(located.numbers(), located.middle(), outer, leads)

@@ -9,7 +9,7 @@
  * trees, and wis_warp_in_place or wis_tree_sample, wis_tree_pdf and wis_tree_invert. c-examples/wavelets.c is the whole way. For
  * rendering, wis_direct and wis_product in wis.h are faster: they build no trees at a hit.
  *
- * Trees of any function of 1 to 4 variables: wis_tree_*, wis_warp_*. wis_tree_init also makes trees of products and
+ * Trees of any function of two or four variables: wis_tree_*, wis_warp_*. wis_tree_init also makes trees of products and
  * sums of trees, of lists of wavelets and of rotated maps. Such lists in 3 to 4 bytes a wavelet: wis_sparse_*. Triple product integrals
  * of BRDF, light and visibility (Ng et al. 2004): wis_triple_*, wis_visibility_*.
  *
@@ -111,7 +111,7 @@ typedef struct wis_tree_info {
 typedef struct wis_tree_config {
   uint32_t size; /**< sizeof(wis_tree_config). */
   uint32_t source; /**< What the tree is made of: a WIS_TREE_ constant, which tells the fields that are read. 0 is WIS_TREE_PIXELS. */
-  uint32_t dimensions; /**< Of pixels: axes n, 1 to 4. */
+  uint32_t dimensions; /**< Of pixels: axes n, 2 (a direction) or 4 (two directions). */
   /// Of pixels and environments: the grid has 2^depth pixels along each axis; 0 to 12. For environments the paper has 6 and 7.
   uint32_t depth;
   /// Of pixels and environments: the variance that pruning may add to an estimate of the integral, relative to its square, 0 or more (0.01
@@ -192,8 +192,8 @@ enum wis_status wis_table_view(uint32_t slice_count, const float normal[3], cons
 /// square.
 #define WIS_TERMS_THRESHOLD 1
 
-/// How many of a tree's largest wavelets wis_triple_select is asked to keep, by a `rule`: WIS_TERMS_ERROR or WIS_TERMS_THRESHOLD, else
-/// WIS_INVALID_ARGUMENT. `bound` is 0 or more. Work: squares.
+/// How many of the largest wavelets of a tree of two axes wis_triple_select is asked to keep, by a `rule`: WIS_TERMS_ERROR or
+/// WIS_TERMS_THRESHOLD, else WIS_INVALID_ARGUMENT. `bound` is 0 or more. Work: squares.
 enum wis_status wis_triple_terms(const struct wis_tree *tree, uint32_t rule, double bound, uint32_t *terms);
 
 /// Stores a function of two axes as the papers do: its average, and any of its wavelets as an index by difference and 16 bits of one scale,

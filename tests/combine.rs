@@ -8,6 +8,7 @@ use std::ptr::{null, null_mut};
 use wis::ffi::wavelets::tree::*;
 use wis::ffi::{Diagnostic, MemorySize};
 use wis::status::Status;
+use wis::wavelets::stored::AXES;
 
 /// A tree in memory as a client holds it.
 struct Client {
@@ -106,28 +107,28 @@ fn pixels_of<const N: usize, const C: usize>(depth: u32, budget: f64, pixels: &[
     Stored::<C>::complete::<N>(depth, pixels).pruned(budget).0.pixels::<N>()
 }
 
-/// `e` of N axes times `f` of K and `g` of one, and the naive product of their pixels.
+/// `e` of N axes times `f` of K and `g` of two that varies along the first, and the naive product of their pixels.
 fn check<const N: usize, const C: usize, const K: usize, const M: usize>(depth: u32, seed: u64, budget: f32) {
     let mut random = Random(seed);
     let e = random.blocky::<N>(depth);
     let f = random.blocky::<K>(depth);
-    let g: Vec<f32> = random.blocky::<1>(depth);
+    let g: Vec<f32> = random.blocky::<1>(depth).iter().flat_map(|&x| std::iter::repeat_n(x, 1 << depth)).collect();
     let clients = [
         Client::new(N as u32, depth, budget, &e),
         Client::new(K as u32, depth, budget, &f),
-        Client::new(1, depth, budget, &g),
+        Client::new(2, depth, budget, &g),
     ];
     let budget = f64::from(budget);
     let (e, f, g) = (
         pixels_of::<N, C>(depth, budget, &e),
         pixels_of::<K, M>(depth, budget, &f),
-        pixels_of::<1, 2>(depth, budget, &g),
+        pixels_of::<2, 4>(depth, budget, &g),
     );
     for triple in [false, true] {
         let product = Client::product(&clients[0], &clients[1], Some(&clients[2]).filter(|_| triple));
         assert_eq!(product.open(), Status::Ok);
         let pixel = |i: usize| {
-            let third = if triple { g[i >> (depth as usize * (N - 1))] } else { 1.0 };
+            let third = if triple { g[i >> (depth as usize * (N - 2))] } else { 1.0 };
             e[i] * f[i >> (depth as usize * (N - K))] * third
         };
         let mean = (0..e.len()).map(pixel).sum::<f64>() / e.len() as f64;
@@ -156,10 +157,7 @@ fn check<const N: usize, const C: usize, const K: usize, const M: usize>(depth: 
 #[test]
 fn products_are_those_of_the_pixels() {
     for (seed, budget) in (0..).zip([0.0, 0.0, 0.05, 1e9]) {
-        check::<1, 2, 1, 2>(7, seed, budget);
         check::<2, 4, 2, 4>(4, seed, budget);
-        check::<2, 4, 1, 2>(4, seed, budget);
-        check::<3, 8, 2, 4>(3, seed, budget);
         check::<4, 16, 2, 4>(2, seed, budget);
         check::<4, 16, 4, 16>(2, seed, budget);
     }
@@ -170,6 +168,9 @@ fn products_are_those_of_the_pixels() {
 fn averages_are_those_of_the_vectors() {
     for case in cases("product.json") {
         let (n, m, depth) = (integer(&case["n"]), integer(&case["m"]), integer(&case["L"]));
+        if ![n, m].iter().all(|axes| AXES.contains(axes)) {
+            continue;
+        }
         let part =
             |image: &str, sign: f32| floats(&case[image]).iter().map(|x| (sign * x).max(0.0)).collect::<Vec<_>>();
         let (mut signed, mut absolute) = (0.0, 0.0);
@@ -215,10 +216,9 @@ fn check_points<const N: usize>(case: &serde_json::Value) {
 fn points_of_the_product_are_those_of_the_vectors() {
     for case in cases("warp_product.json") {
         match integer(&case["n"]) {
-            1 => check_points::<1>(&case),
             2 => check_points::<2>(&case),
-            3 => check_points::<3>(&case),
-            _ => check_points::<4>(&case),
+            4 => check_points::<4>(&case),
+            _ => {}
         }
     }
 }
@@ -262,15 +262,15 @@ fn extremes_have_defined_products() {
 
 #[test]
 fn wrong_trees_and_short_blocks_are_refused() {
-    let line = Client::new(1, 3, 0.0, &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]);
     let square = Client::new(2, 2, 0.0, &[1.0, 2.0, 3.0, 4.0].repeat(4));
+    let hypercube = Client::new(4, 1, 0.0, &[1.0, 2.0, 3.0, 4.0].repeat(4));
     let mut size = MemorySize::default();
     let mut diagnostic = Diagnostic::default();
-    let trees = [line.tree(), square.tree()];
+    let trees = [square.tree(), hypercube.tree()];
     let status = measure(&of_trees(WIS_TREE_PRODUCT, &trees), &mut size, &mut diagnostic);
     assert_eq!((status, diagnostic.argument, diagnostic.y), (Status::InvalidArgument, 1, 1));
     assert_eq!(unsafe { std::ffi::CStr::from_ptr(diagnostic.field) }, c"trees");
-    let trees = [square.tree(), line.tree()];
+    let trees = [hypercube.tree(), square.tree()];
     let config = of_trees(WIS_TREE_PRODUCT, &trees);
     assert_eq!(measure(&config, &mut size, null_mut()), Status::Ok);
     let mut call = |bytes: usize, scratch_bytes: usize| {
@@ -323,9 +323,7 @@ fn check_blend<const N: usize, const C: usize>(depth: u32, count: usize, seed: u
 #[test]
 fn blends_are_sums_of_pixels() {
     for (seed, count) in [(1, 1), (2, 2), (3, 4), (4, 16)] {
-        check_blend::<1, 2>(7, count, seed);
         check_blend::<2, 4>(5, count, seed + 10);
-        check_blend::<3, 8>(3, count, seed + 20);
         check_blend::<4, 16>(2, count, seed + 30);
     }
 }
@@ -360,15 +358,15 @@ fn sixteen_products_are_one() {
 
 #[test]
 fn blends_out_of_range() {
-    let (line, square) = (Client::new(1, 1, 0.0, &[1.0, 2.0]), Client::new(2, 1, 0.0, &[1.0, 2.0, 3.0, 4.0]));
+    let (hypercube, square) = (Client::new(4, 1, 0.0, &[2.0; 16]), Client::new(2, 1, 0.0, &[1.0, 2.0, 3.0, 4.0]));
     let nothing = Client::new(2, 1, 0.0, &[0.0; 4]);
     let mut size = MemorySize::default();
-    let mixed = [line.tree(), square.tree()];
+    let mixed = [hypercube.tree(), square.tree()];
     let asked = |tree_count, trees: &[*const Tree], size: &mut MemorySize| {
         measure(&TreeConfig { tree_count, ..of_trees(WIS_TREE_BLEND, trees) }, size, null_mut())
     };
     assert_eq!(asked(0, &mixed, &mut size), Status::InvalidArgument);
-    assert_eq!(asked(17, &[line.tree(); 17], &mut size), Status::InvalidArgument);
+    assert_eq!(asked(17, &[hypercube.tree(); 17], &mut size), Status::InvalidArgument);
     assert_eq!(asked(2, &mixed, &mut size), Status::InvalidArgument);
     assert_eq!(asked(2, &[square.tree(), null()], &mut size), Status::NullPointer);
     let black = Client::blend(&[(&square, 0.0), (&nothing, 3.0)]);
@@ -419,7 +417,7 @@ fn sizes_of_products_of_different_axes_are_counted() {
 #[test]
 fn sizes_from_counts_are_enough() {
     let mut random = Random(9);
-    for (n, m, depth) in [(2, 1, 5), (3, 1, 4), (3, 2, 3), (4, 1, 3), (4, 2, 2), (4, 3, 2)] {
+    for (n, m, depth) in [(2, 2, 4), (4, 2, 2), (4, 4, 1)] {
         for budget in [0.0, 0.02] {
             let mut image = |pixels: usize| (0..pixels).map(|_| 1.0 + random.unit()).collect::<Vec<f32>>();
             let e = Client::new(n, depth, budget, &image(1 << (n * depth)));

@@ -46,9 +46,7 @@ fn check_forwarding<const N: usize, const C: usize>(depth: u32) {
 
 #[test]
 fn calls_forward_to_the_kernel() {
-    check_forwarding::<1, 2>(8);
     check_forwarding::<2, 4>(5);
-    check_forwarding::<3, 8>(3);
     check_forwarding::<4, 16>(2);
 }
 
@@ -64,9 +62,9 @@ fn the_same_image_gives_the_same_bytes() {
 
 #[test]
 fn degenerate_images() {
-    let single = BuiltTree::new(&config(3, 0, 0.0, &[2.5])).unwrap();
+    let single = BuiltTree::new(&config(4, 0, 0.0, &[2.5])).unwrap();
     assert_eq!((single.info.squares, single.info.average), (0, 2.5));
-    assert_eq!(sample(&single, [0.25, 0.5, 0.0]), ([0.25, 0.5, 0.0], 1.0));
+    assert_eq!(sample(&single, [0.25, 0.5, 0.0, 0.75]), ([0.25, 0.5, 0.0, 0.75], 1.0));
     let black = BuiltTree::new(&config(2, 3, 0.0, &[0.0; 64])).unwrap();
     assert_eq!(sample(&black, [0.25, 0.5]), ([0.0; 2], 0.0));
     let mut u = [7.0; 2];
@@ -80,12 +78,12 @@ fn degenerate_images() {
 #[test]
 fn products_of_trees_integrate() {
     let (e, f) = (Random(1).image(256), Random(2).image(16));
-    let (a, b) = (BuiltTree::new(&config(2, 4, 0.0, &e)).unwrap(), BuiltTree::new(&config(1, 4, 0.0, &f)).unwrap());
+    let (a, b) = (BuiltTree::new(&config(4, 2, 0.0, &e)).unwrap(), BuiltTree::new(&config(2, 2, 0.0, &f)).unwrap());
     let mut integral = 0.0;
     assert_eq!(unsafe { wis_tree_product_integral(a.handle, b.handle, &mut integral) }, Status::Ok);
     let expected = e.iter().enumerate().map(|(i, &e)| f64::from(e) * f64::from(f[i / 16])).sum::<f64>() / 256.0;
     assert!((integral / expected - 1.0).abs() < 1e-12);
-    let (stored_e, stored_f) = (Stored::<4>::complete::<2>(4, &e), Stored::<2>::complete::<1>(4, &f));
+    let (stored_e, stored_f) = (Stored::<16>::complete::<4>(2, &e), Stored::<4>::complete::<2>(2, &f));
     let scale = 2f64.powi(stored_e.exponent + stored_f.exponent);
     assert_eq!(inner::integral(&stored_e.tree(), &stored_f.tree()) * scale, integral);
     let status = unsafe { wis_tree_product_integral(b.handle, a.handle, &mut integral) };

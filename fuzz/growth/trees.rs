@@ -50,12 +50,7 @@ fn visible(w: &mut World, pixels: usize, seed: u64) -> f64 {
 fn builds(w: &mut World) {
     w.curve("wis_tree_size", "pixels", &PIXELS, constant, |w, n| noise(w, 2, n.ilog2() / 2, 1));
     w.curve("wis_tree_size", "bytes by pixels", &PIXELS, linear, |w, n| noise(w, 2, n.ilog2() / 2, 1));
-    let axes: [(&str, u32, &[usize]); 4] = [
-        ("pixels, 1 axis", 1, &PIXELS),
-        ("pixels, 2 axes", 2, &PIXELS),
-        ("pixels, 3 axes", 3, &[512, 4096]),
-        ("pixels, 4 axes", 4, &[256, 4096]),
-    ];
+    let axes: [(&str, u32, &[usize]); 2] = [("pixels, 2 axes", 2, &PIXELS), ("pixels, 4 axes", 4, &[256, 4096])];
     for (input, axes, sizes) in axes {
         w.curve("wis_tree_init", input, sizes, linear, |w, n| noise(w, axes, n.ilog2() / axes, 1));
     }
@@ -97,7 +92,7 @@ pub fn of<'a>(w: &mut World, source: &str, more: Values) -> Values<'a> {
 fn combined(w: &mut World) {
     for function in VERBS {
         for (input, axes, sizes) in
-            [("product, pixels", [2, 2], &PIXELS[..]), ("product, 3 x 1 axes", [3, 1], &[64, 512, 4096])]
+            [("product, pixels", [2, 2], &PIXELS[..]), ("product, 4 x 2 axes", [4, 2], &[256, 4096])]
         {
             w.curve(function, input, sizes, linear, |w, n| {
                 let depth = n.ilog2() / axes[0];

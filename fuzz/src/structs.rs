@@ -405,7 +405,7 @@ fn listed(case: &mut Case, fields: &mut Fields) -> u64 {
 }
 
 fn pixels(case: &mut Case, fields: &mut Fields) {
-    let dimensions = case.random.pick(&[1, 2, 2, 2, 3, 4]);
+    let dimensions = case.random.pick(&[2, 2, 2, 4]);
     let depth = case.random.below(1 + 10 / dimensions);
     let scale = case.random.pick(&[1.0, 1.0, 1e-44, 1e30, 3e38]);
     let hostile = case.is_spoiled() && case.random.one_in(3);

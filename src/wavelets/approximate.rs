@@ -7,17 +7,12 @@
 use crate::numeric::{exp2i, is_float, times_power};
 use crate::status::{Result, Status};
 use crate::wavelets::morton::MAX_DEPTH;
-use crate::wavelets::stored::AnyTree;
-use crate::wavelets::triple::Wavelets;
+use crate::wavelets::tree::Tree;
+use crate::wavelets::triple::{Square, WAITING, Wavelets, analyse, shift};
 
-/// The averages of a square and its details, as many as it has children.
-type Square = [f64; 16];
-
-/// The size of an orthonormal coefficient of a function of so many axes.
-fn size(axes: u32, detail: f64, level: u32) -> f32 {
-    let halves = axes * level;
-    let odd = if halves & 1 == 1 { core::f64::consts::FRAC_1_SQRT_2 } else { 1.0 };
-    (detail.abs() * exp2i(-((halves >> 1) as i32)) * odd) as f32
+/// The size of an orthonormal coefficient.
+fn size(detail: f64, level: u32) -> f32 {
+    (detail.abs() * exp2i(-(level as i32))) as f32
 }
 
 /// The largest size, as bits, that at least `keep` reach, and how many of those that just reach it are kept.
@@ -30,13 +25,13 @@ fn threshold(keep: u32, reached: impl Fn(u32) -> u64) -> (u32, u64) {
     (low, u64::from(keep).saturating_sub(reached(low + 1)))
 }
 
-/// Keeps the `keep` wavelets of a tree of two axes with the largest orthonormal coefficients; of equal ones the first in depth-first
+/// Keeps the `keep` wavelets of a tree with the largest orthonormal coefficients; of equal ones the first in depth-first
 /// order. Writes the squares that have any to `out`, in order, and answers how many
 /// there are: at most `keep`, and no more than there is room for. Details are multiplied by `2^exponent`.
 ///
 /// # Errors
 /// [`Status::Overflow`] if one of them is no float then.
-pub fn select(tree: &AnyTree, keep: u32, exponent: i32, out: &mut [Wavelets]) -> Result<usize> {
+pub fn select(tree: &Tree<4>, keep: u32, exponent: i32, out: &mut [Wavelets]) -> Result<usize> {
     let reached = |threshold: u32| {
         let mut count = 0u64;
         each_size(tree, |size| count += u64::from(size > 0.0 && size.to_bits() >= threshold));
@@ -44,12 +39,11 @@ pub fn select(tree: &AnyTree, keep: u32, exponent: i32, out: &mut [Wavelets]) ->
     };
     // Of those that just reach it, so many are kept.
     let (low, mut ties) = threshold(keep, reached);
-    let axes = tree.axes();
     let mut written = Written { out, used: 0, exponent, fits: true };
     each_square(tree, &mut |level, position, square| {
-        let mut kept = [0.0; 16];
-        for (slot, d) in kept.iter_mut().zip(square).take(1 << axes).skip(1) {
-            let bits = size(axes, *d, level).to_bits();
+        let mut kept = [0.0; 4];
+        for (slot, d) in kept.iter_mut().zip(square).skip(1) {
+            let bits = size(*d, level).to_bits();
             let tied = bits == low && ties > 0;
             if bits > 0 && (bits > low || tied) {
                 ties -= u64::from(bits == low);
@@ -72,11 +66,11 @@ struct Written<'o> {
 }
 
 impl Written<'_> {
-    fn push(&mut self, (position, level): (u64, u32), &[_, a, b, c, ..]: &Square) {
+    fn push(&mut self, (position, level): (u32, u32), &[_, a, b, c]: &Square) {
         let details = [a, b, c].map(|d| times_power(d, self.exponent));
         self.fits &= details.iter().all(|d| is_float(*d));
         if let Some(slot) = self.out.get_mut(self.used) {
-            *slot = Wavelets { position: position as u32, level, detail: details.map(|d| d as f32) };
+            *slot = Wavelets { position, level, detail: details.map(|d| d as f32) };
             self.used += 1;
         }
     }
@@ -91,11 +85,10 @@ impl Written<'_> {
 ///
 /// # Errors
 /// As [`select`].
-pub fn select_squares(tree: &AnyTree, keep: u32, exponent: i32, out: &mut [Wavelets]) -> Result<usize> {
-    let axes = tree.axes();
+pub fn select_squares(tree: &Tree<4>, keep: u32, exponent: i32, out: &mut [Wavelets]) -> Result<usize> {
     let norm = |level: u32, square: &Square| {
-        let squares = square.iter().take(1 << axes).skip(1).map(|d| d * d).sum();
-        size(axes, libm::sqrt(squares), level).to_bits()
+        let squares = square.iter().skip(1).map(|d| d * d).sum();
+        size(libm::sqrt(squares), level).to_bits()
     };
     let reached = |threshold: u32| {
         let mut count = 0u64;
@@ -120,7 +113,7 @@ pub fn select_squares(tree: &AnyTree, keep: u32, exponent: i32, out: &mut [Wavel
 }
 
 /// The fewest of a tree's largest wavelets that leave a relative L2 error of at most `error`.
-pub fn terms(tree: &AnyTree, error: f64) -> u32 {
+pub fn terms(tree: &Tree<4>, error: f64) -> u32 {
     let mean = f64::from(tree.average()) * f64::from(tree.average());
     // How many reach a size, and the energy of all others and of all.
     let above = |threshold: u32| {
@@ -155,56 +148,29 @@ fn not_negative(x: f64) -> f64 {
 
 /// How many of a tree's wavelets have an orthonormal coefficient of at least `threshold`, in the units of the input, of
 /// which stored values are `2^-exponent`.
-pub fn at_least(tree: &AnyTree, threshold: f64, exponent: i32) -> u32 {
+pub fn at_least(tree: &Tree<4>, threshold: f64, exponent: i32) -> u32 {
     let mut count = 0;
     each_size(tree, |size| count += u32::from(size > 0.0 && times_power(size.into(), exponent) >= threshold));
     count
 }
 
-/// Bits of a position below those of a level.
-fn shift(axes: u32, level: u32) -> u32 {
-    axes * MAX_DEPTH.saturating_sub(level)
-}
-
-/// Sums over c of (-1)^popcount(f & c) value(c), for every f below 2^axes: but for a factor 2^axes, details from averages.
-#[inline(never)]
-fn transform(values: &mut Square, axes: u32) {
-    for axis in 0..axes.min(4) {
-        for c in (0..1usize << axes.min(4)).filter(|c| c >> axis & 1 == 0) {
-            let (low, high) = (values[c & 15], values[(c | 1 << axis) & 15]);
-            (values[c & 15], values[(c | 1 << axis) & 15]) = (low + high, low - high);
-        }
-    }
-}
-
 /// Calls `each` with the size of every orthonormal coefficient of a tree's wavelets.
-fn each_size(tree: &AnyTree, mut each: impl FnMut(f32)) {
-    let axes = tree.axes();
-    each_square(tree, &mut |level, _, square| {
-        square.iter().take(1 << axes).skip(1).for_each(|d| each(size(axes, *d, level)));
-    });
+fn each_size(tree: &Tree<4>, mut each: impl FnMut(f32)) {
+    each_square(tree, &mut |level, _, square| square.iter().skip(1).for_each(|d| each(size(*d, level))));
 }
 
 /// Calls `each(level, position, function)` with every square of a tree, depth first. One copy for all callers.
 #[inline(never)]
-fn each_square(tree: &AnyTree, each: &mut dyn FnMut(u32, u64, &Square)) {
-    // All but one of the children of each level wait.
-    const WAITING: usize = 15 * MAX_DEPTH as usize + 16;
-    let (axes, share) = (tree.axes(), 1.0 / f64::from(1u32 << tree.axes()));
-    let mut waiting = [(0u32, 0u32, 0u64); WAITING];
+fn each_square(tree: &Tree<4>, each: &mut dyn FnMut(u32, u32, &Square)) {
+    let mut waiting = [(0u32, 0u32, 0u32); WAITING];
     let mut count = 0usize;
     let mut next = tree.root_square().map(|square| (square, 0, 0));
     while let Some((square, level, position)) = next {
-        let mut function = [0.0; 16];
-        for (value, child) in function.iter_mut().zip(tree.children(square)) {
-            *value = f64::from(*child) * share;
-        }
-        transform(&mut function, axes);
-        each(level, position, &function);
-        for c in (0..1u32 << axes).rev() {
+        each(level, position, &analyse(tree.children(square).map(f64::from)));
+        for c in (0..4).rev() {
             let child = tree.child_square(square, c).filter(|_| level + 1 < MAX_DEPTH);
             if let (Some(child), Some(slot)) = (child, waiting.get_mut(count)) {
-                *slot = (child, level + 1, position | u64::from(c) << shift(axes, level + 1));
+                *slot = (child, level + 1, position | c << shift(level + 1));
                 count += 1;
             }
         }

@@ -3,7 +3,7 @@
 use crate::blob::Size;
 use crate::numeric::times_power;
 use crate::status::{Error, Status};
-use crate::wavelets::stored::{Facts, Header, Parts, Refused, store};
+use crate::wavelets::stored::{AXES, Facts, Header, Parts, Refused, store};
 use crate::wavelets::tree::{MAX_DEPTH, Tree, complete_len};
 use crate::wavelets::{image, prune};
 use bytemuck::{Pod, try_cast_slice_mut};
@@ -11,7 +11,7 @@ use bytemuck::{Pod, try_cast_slice_mut};
 /// What to build.
 #[derive(Clone, Copy, Debug)]
 pub struct Config {
-    /// Axes, 1 to 4.
+    /// Axes, 2 or 4.
     pub dimensions: u32,
     /// The grid has 2^depth pixels along each axis.
     pub depth: u32,
@@ -26,7 +26,7 @@ impl Config {
     /// [`Error`] names the field.
     pub fn check(&self) -> core::result::Result<(), Error> {
         Error::first([
-            ((1..=4).contains(&self.dimensions), c"dimensions"),
+            (AXES.contains(&self.dimensions), c"dimensions"),
             (self.depth <= MAX_DEPTH, c"depth"),
             (self.error_budget >= 0.0, c"error_budget"),
         ])?;
@@ -36,9 +36,7 @@ impl Config {
     /// The squares of the complete tree.
     fn complete(&self) -> Option<usize> {
         let squares = match self.dimensions {
-            1 => complete_len::<2>(self.depth),
             2 => complete_len::<4>(self.depth),
-            3 => complete_len::<8>(self.depth),
             _ => complete_len::<16>(self.depth),
         };
         squares.map(|squares| squares as usize)
@@ -66,9 +64,7 @@ impl Config {
         scratch: &mut [u8],
     ) -> core::result::Result<Header, Refused> {
         match self.dimensions {
-            1 => build::<1, 2>(self, pixels, exponent, memory, scratch),
             2 => build::<2, 4>(self, pixels, exponent, memory, scratch),
-            3 => build::<3, 8>(self, pixels, exponent, memory, scratch),
             _ => build::<4, 16>(self, pixels, exponent, memory, scratch),
         }
     }

@@ -1,4 +1,4 @@
-//! A tree of one to four axes as one block of bytes without pointers: what it says of itself, then squares, then links.
+//! A tree of two or four axes as one block of bytes without pointers: what it says of itself, then squares, then links.
 
 use crate::blob::{Magic, Part, header, write_header};
 use crate::numeric::{ContentHash, times_power};
@@ -30,41 +30,30 @@ pub struct TreeInfo {
     pub error: f64,
 }
 
-/// A tree of any number of axes.
+/// A tree of as many axes as one may have: those of a direction, or of two.
 #[derive(Clone, Copy, Debug)]
 pub enum AnyTree<'a> {
-    /// One axis.
-    Line(Tree<'a, 2>),
     /// Two axes.
     Square(Tree<'a, 4>),
-    /// Three axes.
-    Cube(Tree<'a, 8>),
     /// Four axes.
     Tesseract(Tree<'a, 16>),
 }
+
+/// How many axes a tree may have.
+pub const AXES: [u32; 2] = [2, 4];
 
 /// The same expression for a tree of each number of axes; the number may have a name.
 macro_rules! of_any {
     ($any:expr, $tree:ident => $value:expr) => {
         match $any {
-            AnyTree::Line($tree) => $value,
             AnyTree::Square($tree) => $value,
-            AnyTree::Cube($tree) => $value,
             AnyTree::Tesseract($tree) => $value,
         }
     };
     ($any:expr, $axes:ident, $tree:ident => $value:expr) => {
         match $any {
-            AnyTree::Line($tree) => {
-                const $axes: usize = 1;
-                $value
-            }
             AnyTree::Square($tree) => {
                 const $axes: usize = 2;
-                $value
-            }
-            AnyTree::Cube($tree) => {
-                const $axes: usize = 3;
                 $value
             }
             AnyTree::Tesseract($tree) => {
@@ -76,28 +65,11 @@ macro_rules! of_any {
 }
 pub(crate) use of_any;
 
-impl<'a> From<Tree<'a, 2>> for AnyTree<'a> {
-    fn from(tree: Tree<'a, 2>) -> Self {
-        AnyTree::Line(tree)
-    }
-}
-
-impl<'a> From<Tree<'a, 4>> for AnyTree<'a> {
-    fn from(tree: Tree<'a, 4>) -> Self {
-        AnyTree::Square(tree)
-    }
-}
-
 impl<'a> AnyTree<'a> {
-    /// The function of one axis that is 0.
-    pub const NOTHING: AnyTree<'static> = AnyTree::Line(Tree::NOTHING);
-
-    /// A view of storage that was checked before (see [`Tree::trusted`]), of 1 to 4 axes.
+    /// A view of storage that was checked before (see [`Tree::trusted`]), of two or four axes.
     pub(crate) fn trusted(axes: u32, depth: u32, average: f32, averages: &'a [f32], links: &'a [Link]) -> AnyTree<'a> {
         match axes {
-            1 => AnyTree::Line(Tree::trusted(depth, average, groups(averages), links)),
             2 => AnyTree::Square(Tree::trusted(depth, average, groups(averages), links)),
-            3 => AnyTree::Cube(Tree::trusted(depth, average, groups(averages), links)),
             _ => AnyTree::Tesseract(Tree::trusted(depth, average, groups(averages), links)),
         }
     }
@@ -112,11 +84,6 @@ impl<'a> AnyTree<'a> {
         of_any!(self, tree => tree.depth())
     }
 
-    /// The average over the unit cube.
-    pub(crate) fn average(&self) -> f32 {
-        of_any!(self, tree => tree.average())
-    }
-
     /// The averages of the children of all squares, one behind the other.
     pub fn averages(&self) -> &'a [f32] {
         of_any!(self, tree => tree.squares().as_flattened())
@@ -125,22 +92,6 @@ impl<'a> AnyTree<'a> {
     /// Where the kept children of squares stand.
     pub fn links(&self) -> &'a [Link] {
         of_any!(self, tree => tree.links())
-    }
-
-    /// The square of the unit cube; `None` if the function is constant.
-    pub(crate) fn root_square(&self) -> Option<u32> {
-        if self.averages().is_empty() { None } else { Some(0) }
-    }
-
-    /// The averages of the children of a square; none for a square that does not exist.
-    pub(crate) fn children(&self, square: u32) -> &'a [f32] {
-        let first = (square as usize) << self.axes();
-        self.averages().get(first..first + (1 << self.axes())).unwrap_or(&[])
-    }
-
-    /// The square of child `c`; `None` if the function is constant there.
-    pub(crate) fn child_square(&self, square: u32, c: u32) -> Option<u32> {
-        of_any!(self, tree => tree.child_square(square, c))
     }
 
     /// Whether the squares are a tree of that depth, and the averages what a tree accepts.
@@ -183,20 +134,13 @@ impl<'a> AnyTree<'a> {
     /// The integral over the unit cube of the product with a tree of the first of these axes, at most as many; `None` if
     /// that has more.
     pub fn product_integral(&self, f: &AnyTree) -> Option<f64> {
-        use AnyTree::{Cube, Line, Square, Tesseract};
-        Some(match (self, f) {
-            (Line(e), Line(f)) => inner::integral(e, f),
-            (Square(e), Line(f)) => inner::integral(e, f),
-            (Square(e), Square(f)) => inner::integral(e, f),
-            (Cube(e), Line(f)) => inner::integral(e, f),
-            (Cube(e), Square(f)) => inner::integral(e, f),
-            (Cube(e), Cube(f)) => inner::integral(e, f),
-            (Tesseract(e), Line(f)) => inner::integral(e, f),
-            (Tesseract(e), Square(f)) => inner::integral(e, f),
-            (Tesseract(e), Cube(f)) => inner::integral(e, f),
-            (Tesseract(e), Tesseract(f)) => inner::integral(e, f),
-            _ => return None,
-        })
+        use AnyTree::{Square, Tesseract};
+        match (self, f) {
+            (Square(e), Square(f)) => Some(inner::integral(e, f)),
+            (Tesseract(e), Square(f)) => Some(inner::integral(e, f)),
+            (Tesseract(e), Tesseract(f)) => Some(inner::integral(e, f)),
+            (Square(_), Tesseract(_)) => None,
+        }
     }
 }
 
@@ -248,7 +192,7 @@ impl Header {
     /// The bytes of the tree that begins with this; `None` if none does.
     #[inline(always)]
     pub fn length(&self) -> Option<usize> {
-        if self.magic != Header::MAGIC || !(1..=4).contains(&self.dimensions) || self.depth > MAX_DEPTH {
+        if self.magic != Header::MAGIC || !AXES.contains(&self.dimensions) || self.depth > MAX_DEPTH {
             return None;
         }
         Parts::new(self.dimensions, self.squares as usize).map(|parts| parts.bytes)

@@ -127,9 +127,6 @@ fn close<const C: usize>(square: usize, mean: f64, coarser: &mut [[f32; C]], ope
 }
 
 impl<'a, const C: usize> Tree<'a, C> {
-    /// The function that is 0.
-    pub const NOTHING: Self = Tree { depth: 0, average: 0.0, squares: &[], links: &[] };
-
     /// A complete tree in heap order: child `c` of square `s` is square `C s + 1 + c`.
     ///
     /// # Errors

@@ -76,7 +76,7 @@ pub fn disorder(list: &[Wavelets]) -> Option<usize> {
 }
 
 /// A function on a square: its average and its details.
-type Square = [f64; 4];
+pub(crate) type Square = [f64; 4];
 
 /// That function from the averages of the children: detail f is the mean of (-1)^popcount(f & c) times the average of child c.
 #[inline]
@@ -139,7 +139,7 @@ impl Visit {
 }
 
 /// Squares that wait during a depth-first walk: three beside each on the path.
-const WAITING: usize = 3 * MAX_DEPTH as usize + 4;
+pub(crate) const WAITING: usize = 3 * MAX_DEPTH as usize + 4;
 
 /// The integral over the unit square of the product of three trees. One visit of each square that two of them keep; on its
 /// children that no two keep, the product of averages is exact. No term is negative, so the relative error is that of the

@@ -7,7 +7,7 @@ use crate::blob::{Magic, Part, Size, header, write_header};
 use crate::numeric::{ContentHash, inverse_power};
 use crate::status::{Result, Status};
 use crate::wavelets::tree::{MAX_DEPTH, Tree};
-use crate::wavelets::triple::Quadtree;
+use crate::wavelets::triple::{Quadtree, WAITING};
 use bytemuck::{Pod, Zeroable, try_cast_slice_mut};
 
 /// The first bytes of a stored map; its nodes follow.
@@ -170,7 +170,7 @@ impl<'a> Visibility<'a> {
     pub fn product_integral(&self, tree: &Tree<4>) -> f64 {
         let average = tree.average();
         let Some(seen) = self.root_square() else { return f64::from(average) * f64::from(self.average) };
-        let mut waiting = [Pair::default(); 3 * MAX_DEPTH as usize + 4];
+        let mut waiting = [Pair::default(); WAITING];
         let (mut next, mut count, mut sum) =
             (Some(Pair { seen, square: tree.root_square(), average, level: 1 }), 0usize, 0.0);
         while let Some(pair) = next {

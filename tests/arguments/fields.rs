@@ -128,6 +128,8 @@ fn comparisons() {
 fn trees() {
     let faults: &[Fault<TreeConfig>] = &[
         ("dimensions", |c| c.dimensions = 0, INVALID),
+        ("dimensions", |c| c.dimensions = 1, INVALID),
+        ("dimensions", |c| c.dimensions = 3, INVALID),
         ("dimensions", |c| c.dimensions = 5, INVALID),
         ("dimensions", |c| c.dimensions = u32::MAX, INVALID),
         ("depth", |c| c.depth = 13, INVALID),

@@ -35,7 +35,7 @@ fn build<T: Copy>(scene: &Scene, init: &str, size: MemorySize, edit: impl Fn(&mu
 #[test]
 fn trees() {
     let scene = Scene::new();
-    for (dimensions, depth) in [(1, 0), (4, 0), (1, 5), (2, 3), (3, 2), (4, 2), (1, 1)] {
+    for (dimensions, depth) in [(2, 0), (4, 0), (2, 3), (4, 2), (2, 1)] {
         let count = 1u32 << (dimensions * depth);
         let pixels: Vec<f32> = (0..count).map(|i| (i % 5) as f32).collect();
         let block = Block::new(&numbers(&pixels), 0);

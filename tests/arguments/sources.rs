@@ -51,12 +51,12 @@ fn unknown_sources() {
 #[test]
 fn products() {
     let scene = Scene::new();
-    let cube = Block::new(&objects::tree(&scene, |config| (config.dimensions, config.depth) = (3, 1)), 0);
+    let hypercube = Block::new(&objects::tree(&scene, |config| (config.dimensions, config.depth) = (4, 1)), 0);
     let handle = |block: &Block| block.pointer().cast_const().cast::<Tree>();
     let mut tree = null();
     // SAFETY: the configuration is that of a product.
     Block::new(&scene.tree_config(WIS_TREE_PRODUCT), 0).edit(|c: &mut TreeConfig| tree = unsafe { c.trees.read() });
-    let wrong = [[tree, handle(&cube), tree], [tree, tree, handle(&cube)]];
+    let wrong = [[tree, handle(&hypercube), tree], [tree, tree, handle(&hypercube)]];
     for source in [WIS_TREE_PRODUCT, WIS_TREE_BLEND] {
         let faults: &[Fault] = &[
             ("tree_count", 0, &|c| c.tree_count = 0, INVALID),

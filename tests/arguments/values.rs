@@ -238,11 +238,11 @@ fn points() {
 #[test]
 fn trees() {
     let scene = Scene::new();
-    let cube = objects::tree(&scene, |config| (config.dimensions, config.depth) = (3, 1));
+    let hypercube = objects::tree(&scene, |config| (config.dimensions, config.depth) = (4, 1));
     let mut call = Call::valid(&scene, function("wis_tree_product_integral"));
-    call.give("f", Block::new(&cube, 0));
+    call.give("f", Block::new(&hypercube, 0));
     call.fails("more axes than the other", INVALID, "f");
-    call.give("e", Block::new(&cube, 0));
+    call.give("e", Block::new(&hypercube, 0));
     call.succeeds("as many axes");
 
     let zeros = [0.0f32; 16];

@@ -22,7 +22,7 @@ const SQUARES: usize = 64;
 fn objects() -> Vec<Vec<u8>> {
     let varied = |i: usize| (i * i % 17) as f32;
     let mut objects = Vec::new();
-    for (dimensions, depth, budget) in [(1, 3, 0.0), (2, 2, 0.05), (2, 3, 0.0), (3, 2, 0.1), (4, 1, 0.0), (2, 0, 0.0)] {
+    for (dimensions, depth, budget) in [(2, 2, 0.05), (2, 3, 0.0), (4, 2, 0.1), (4, 1, 0.0), (2, 0, 0.0)] {
         objects.push(object(dimensions, depth, budget, varied));
     }
     objects.extend([0.0, 1e-45, f32::MAX].map(|value| object(2, 2, 0.0, |_| value)));

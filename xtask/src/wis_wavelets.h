@@ -9,7 +9,7 @@
  * trees, and wis_warp_in_place or wis_tree_sample, wis_tree_pdf and wis_tree_invert. c-examples/wavelets.c is the whole way. For
  * rendering, wis_direct and wis_product in wis.h are faster: they build no trees at a hit.
  *
- * Trees of any function of 1 to 4 variables: wis_tree_*, wis_warp_*. wis_tree_init also makes trees of products and
+ * Trees of any function of two or four variables: wis_tree_*, wis_warp_*. wis_tree_init also makes trees of products and
  * sums of trees, of lists of wavelets and of rotated maps. Such lists in 3 to 4 bytes a wavelet: wis_sparse_*. Triple product integrals
  * of BRDF, light and visibility (Ng et al. 2004): wis_triple_*, wis_visibility_*.
  *

@@ -1,11 +1,10 @@
 //! Sparse sets of wavelets in C: how many of a tree's are kept, and how they are stored.
 
 use crate::ffi::wavelets::memory::ordered;
-use crate::ffi::wavelets::tree::{Tree, view};
+use crate::ffi::wavelets::tree::{Tree, square_tree};
 use crate::ffi::{Diagnostic, answer, out, put, require, slice, slice_mut};
 use crate::numeric::is_float;
 use crate::status::{Error, Status};
-use crate::wavelets::stored::Stored;
 use crate::wavelets::triple::{Wavelets, disorder};
 use crate::wavelets::{approximate, packed as kernel};
 use core::ptr::null_mut;
@@ -16,7 +15,7 @@ pub const WIS_TERMS_ERROR: u32 = 0;
 /// each square.
 pub const WIS_TERMS_THRESHOLD: u32 = 1;
 
-/// How many of a tree's largest wavelets wis_triple_select is asked to keep, by a `rule`: WIS_TERMS_ERROR or WIS_TERMS_THRESHOLD,
+/// How many of the largest wavelets of a tree of two axes wis_triple_select is asked to keep, by a `rule`: WIS_TERMS_ERROR or WIS_TERMS_THRESHOLD,
 /// else WIS_INVALID_ARGUMENT. `bound` is 0 or more. Work: squares.
 ///
 /// # Safety
@@ -27,11 +26,11 @@ pub unsafe extern "C" fn wis_triple_terms(tree: *const Tree, rule: u32, bound: f
     answer(null_mut(), || unsafe {
         require([WIS_TERMS_ERROR, WIS_TERMS_THRESHOLD].contains(&rule), Status::InvalidArgument, 2)?;
         require(bound >= 0.0, Status::InvalidArgument, 3)?;
-        let count = |Stored { tree, header }: Stored| match rule {
+        let count = |(tree, exponent)| match rule {
             WIS_TERMS_ERROR => approximate::terms(&tree, bound),
-            _ => approximate::at_least(&tree, bound, header.exponent),
+            _ => approximate::at_least(&tree, bound, exponent),
         };
-        put(terms, 4, view(tree, 1).map(count))
+        put(terms, 4, square_tree(tree, 1).map(count))
     })
 }
 

@@ -1,4 +1,4 @@
-//! Wavelet trees of any function on the unit cube of one to four axes, in C.
+//! Wavelet trees of any function on the unit cube of two or four axes, in C.
 
 pub use crate::wavelets::stored::TreeInfo;
 

@@ -63,7 +63,7 @@ pub unsafe extern "C" fn wis_triple_select(
             _ => return Err(Error::new(Status::InvalidArgument, 2)),
         };
         let (wavelets, target) = (slice_mut(wavelets, keep as usize, 4)?, out(wavelet_count, 5)?);
-        let squares = select(&tree.into(), keep, exponent, wavelets);
+        let squares = select(&tree, keep, exponent, wavelets);
         target.write(squares.map_err(|status| Error::new(status, 1))? as u32);
         Ok(())
     })

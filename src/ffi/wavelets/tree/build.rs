@@ -77,7 +77,7 @@ pub struct TreeConfig {
     pub size: u32,
     /// What the tree is made of: a WIS_TREE_ constant, which tells the fields that are read. 0 is WIS_TREE_PIXELS.
     pub source: u32,
-    /// Of pixels: axes n, 1 to 4.
+    /// Of pixels: axes n, 2 (a direction) or 4 (two directions).
     pub dimensions: u32,
     /// Of pixels and environments: the grid has 2^depth pixels along each axis; 0 to 12. For environments the paper has 6 and 7.
     pub depth: u32,

@@ -1,6 +1,4 @@
 //! Small numerical tools that every platform computes to the same bits: + - * / and square roots only.
-//!
-//! The polynomials are branch-free, so that the vector forms can evaluate the very same operations in each lane.
 
 /// Largest `f32` below 1: every coordinate of the unit square and every random number is at most this.
 pub const ONE_MINUS_EPSILON: f32 = 1.0 - f32::EPSILON / 2.0;
@@ -18,45 +16,6 @@ pub fn luminance(rgb: [f32; 3]) -> f32 {
 pub fn luminance_f64(rgb: [f64; 3]) -> f64 {
     let [r, g, b] = rgb;
     LUMINANCE[0] * r + LUMINANCE[1] * g + LUMINANCE[2] * b
-}
-
-/// The coefficients of [`atan_turns`].
-pub(crate) const ATAN_TURNS: [f32; 9] = [
-    0.636_619_75,
-    -0.212_205_07,
-    0.127_278_34,
-    -0.090_431_29,
-    0.067_772_95,
-    -0.047_843_616,
-    0.027_267_836,
-    -0.010_288_856,
-    0.001_829_949,
-];
-/// The coefficients of the sine and the cosine of [`sin_cos_turns`].
-pub(crate) const SIN_TURNS: [f32; 5] = [1.570_796_4, -0.645_964_1, 0.079_692_58, -0.004_681_266_3, 0.000_158_206_3];
-pub(crate) const COS_TURNS: [f32; 5] = [1.0, -1.233_700_5, 0.253_669_26, -0.020_860_216, 0.000_903_541_6];
-
-/// `atan(x) 2 / pi` for x in [0, 1], within 1.4e-7 relative (minimax, odd, degree 17).
-#[inline(always)]
-pub fn atan_turns(x: f32) -> f32 {
-    x * horner(ATAN_TURNS, x * x)
-}
-
-/// Sine and cosine of `x pi / 2` for x in [0, 1/2], within 1e-7 relative.
-#[inline(always)]
-pub fn sin_cos_turns(x: f32) -> (f32, f32) {
-    let t = x * x;
-    (x * horner(SIN_TURNS, t), horner(COS_TURNS, t))
-}
-
-/// The polynomial with coefficients `c`, lowest first, at `t`.
-#[inline(always)]
-fn horner<const N: usize>(c: [f32; N], t: f32) -> f32 {
-    let mut sum = c[N - 1];
-    for k in (0..N - 1).rev() {
-        sum = sum * t + c[k];
-    }
-    sum
 }
 
 /// `a` if the condition holds, else `b`, without a branch: conditions on samples cannot be predicted.

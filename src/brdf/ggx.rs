@@ -4,8 +4,8 @@
 //! (Dupuy and Benyoub 2023). The half vector is never normalised: D needs only its squared length.
 
 use super::vector::dot;
-use crate::light::chart::{azimuth, sin_cos_turns};
 use crate::simd::Num;
+use crate::sphere::{azimuth, sin_cos_turns};
 use bytemuck::{Pod, Zeroable};
 use core::f32::consts::FRAC_1_PI;
 

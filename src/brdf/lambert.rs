@@ -1,7 +1,7 @@
 //! Diffuse reflection, and diffuse transmission as its mirror image.
 
-use crate::light::chart::sin_cos_turns;
 use crate::simd::Num;
+use crate::sphere::sin_cos_turns;
 use core::f32::consts::FRAC_1_PI;
 
 /// The density of a cosine-distributed direction with this cosine.

@@ -14,11 +14,10 @@ use super::place::place;
 use super::portals::Portals;
 use crate::brdf::point::Target;
 use crate::brdf::surface::Surface;
-use crate::light::chart::square_of;
 use crate::light::density::to_world;
 use crate::light::radiance::Source;
 use crate::simd::{Compute, GROUP, Num, places};
-use crate::sphere::Frame;
+use crate::sphere::{Frame, octahedral_square};
 use crate::visibility::{CELLS, Factors, cells};
 
 /// The fewest candidates of a source that has any.
@@ -164,7 +163,7 @@ impl Draw<'_> {
 /// How much of the light along directions of map space was seen.
 #[inline(always)]
 fn visible<F: Num>(frame: &Frame, factors: &Factors, direction: [F; 3]) -> F {
-    let cells = F::ints_of(cells::<F>(square_of(to_world(frame, direction))));
+    let cells = F::ints_of(cells::<F>(octahedral_square(to_world(frame, direction))));
     F::each(|lane| cells.as_ref().get(lane).map_or(0.0, |cell| f32::from(factors[*cell as usize % CELLS])))
 }
 

@@ -5,8 +5,8 @@
 //! begin their columns at the first texel centre and wrap. The same functions serve one direction and eight.
 
 use super::warp::{Profile, Profiles};
-use crate::numeric::{ATAN_TURNS, COS_TURNS, SIN_TURNS};
 use crate::simd::{Apart, Num};
+use crate::sphere::{SPHERE, atan_turns, azimuth, octahedral_direction, octahedral_square, sin_cos_turns};
 use core::f32::consts::PI;
 
 /// How directions are laid out over a face.
@@ -240,38 +240,20 @@ impl Chart {
         (direction, m * m * m * unit * unit)
     }
 
-    /// As [`square_of`], in texels.
+    /// As [`octahedral_square`], in texels.
     #[inline(always)]
     fn place_octahedral<F: Num>(&self, d: [F; 3]) -> Place<F> {
         let side = self.axes[0].length;
-        let [s, t] = square_of(d);
-        let position = [s * side, t * side];
-        Place { face: F::splat(0.0), position, solid_angle: F::splat(4.0 * PI / (side * side)) }
+        let [s, t] = octahedral_square(d);
+        Place { face: F::splat(0.0), position: [s * side, t * side], solid_angle: F::splat(SPHERE / (side * side)) }
     }
 
-    /// As [`crate::sphere::direction`], from texels.
+    /// As [`octahedral_direction`], from texels.
     #[inline(always)]
-    fn direction_octahedral<F: Num>(&self, position: [F; 2]) -> ([F; 3], F) {
-        let (half, one, two) = (F::splat(0.5), F::splat(1.0), F::splat(2.0));
-        let unit = F::splat(1.0 / self.axes[0].length);
-        let s = [position[0] * unit, position[1] * unit];
-        let (x, y) = (s[0].min(one - s[0]), s[1].min(one - s[1]));
-        let south = (x + y).lt(half);
-        let (a, b) = (F::select(south, two * y, one - two * x), F::select(south, two * x, one - two * y));
-        let radius = a + b;
-        let (sin, cos) = sin_cos_turns(a.min(b) / radius.max(F::splat(f32::MIN_POSITIVE)));
-        let squared = radius * radius;
-        let horizontal = radius * (two - squared).sqrt();
-        let steep = a.lt(b);
-        let (dx, dy) = (F::select(steep, sin, cos), F::select(steep, cos, sin));
-        let z = one - squared;
-        let direction = [
-            (horizontal * dx).copysign(s[0] - half),
-            (horizontal * dy).copysign(s[1] - half),
-            F::select(south, F::splat(0.0) - z, z),
-        ];
+    fn direction_octahedral<F: Num>(&self, [column, row]: [F; 2]) -> ([F; 3], F) {
         let side = self.axes[0].length;
-        (direction, F::splat(4.0 * PI / (side * side)))
+        let unit = 1.0 / side;
+        (octahedral_direction([column * unit, row * unit]), F::splat(SPHERE / (side * side)))
     }
 
     /// How the solid angle varies down and across a patch, each as a parabola in its own coordinate; but for a constant factor
@@ -324,24 +306,6 @@ impl Chart {
     }
 }
 
-/// As [`crate::sphere::square`].
-#[inline(always)]
-pub fn square_of<F: Num>([x, y, z]: [F; 3]) -> [F; 2] {
-    let (zero, half, one) = (F::splat(0.0), F::splat(0.5), F::splat(1.0));
-    let (ax, ay, az) = (x.abs(), y.abs(), z.abs());
-    let radius = ((ax * ax + ay * ay) / (one + az)).sqrt();
-    let minor = radius * atan_turns(ax.min(ay) / ax.max(ay).max(F::splat(f32::MIN_POSITIVE)));
-    let major = radius - minor;
-    let steep = ax.lt(ay);
-    let (along_x, along_y) = (F::select(steep, minor, major), F::select(steep, major, minor));
-    let south = z.lt(zero);
-    let lower_x = F::select(south, half * along_y, half - half * along_x);
-    let lower_y = F::select(south, half * along_x, half - half * along_y);
-    let s = F::select(zero.lt(x), one - lower_x, lower_x).max(zero).min(one);
-    let t = F::select(zero.lt(y), one - lower_y, lower_y).max(zero).min(one);
-    [s, t]
-}
-
 /// The first where the major axis is x, the second where it is y, the third elsewhere.
 #[inline(always)]
 fn pick<F: Num>((along_x, along_y): (F::Mask, F::Mask), [a, b, c]: [F; 3]) -> F {
@@ -365,45 +329,4 @@ fn polar_sine_cosine<F: Num>(row: F, rows: f32) -> (F, F) {
     let (minor, major) = sin_cos_turns(eighth);
     let swapped = F::splat(0.5).lt(quarter);
     (F::select(swapped, major, minor), F::select(swapped, minor, major))
-}
-
-/// The azimuth of a direction in quarter turns, [0, 4).
-#[inline(always)]
-pub fn azimuth<F: Num>(x: F, y: F) -> F {
-    let (zero, one, two, four) = (F::splat(0.0), F::splat(1.0), F::splat(2.0), F::splat(4.0));
-    let (ax, ay) = (x.abs(), y.abs());
-    let eighth = atan_turns(ax.min(ay) / ax.max(ay).max(F::splat(f32::MIN_POSITIVE)));
-    let quarter = F::select(ax.lt(ay), one - eighth, eighth);
-    let half = F::select(x.lt(zero), two - quarter, quarter);
-    let whole = F::select(y.lt(zero), four - half, half);
-    F::select(four.le(whole), zero, whole)
-}
-
-/// As [`crate::numeric::atan_turns`], but for rounding.
-#[inline(always)]
-fn atan_turns<F: Num>(x: F) -> F {
-    x * polynomial(ATAN_TURNS, x * x)
-}
-
-/// As [`crate::numeric::sin_cos_turns`], but for rounding.
-#[inline(always)]
-pub fn sin_cos_turns<F: Num>(x: F) -> (F, F) {
-    let t = x * x;
-    (x * polynomial(SIN_TURNS, t), polynomial(COS_TURNS, t))
-}
-
-/// The polynomial with coefficients `c`, lowest first, at `t`: even and odd powers apart, which takes half as long.
-#[inline(always)]
-fn polynomial<F: Num, const N: usize>(c: [f32; N], t: F) -> F {
-    let squared = t * t;
-    let (last, before) = (F::splat(c[N - 1]), F::splat(c[N - 2]));
-    let (mut same, mut other) = (last, before);
-    let mut k = N - 2;
-    while k > 0 {
-        k -= 1;
-        let next = same * squared + F::splat(c[k]);
-        (same, other) = (other, next);
-    }
-    // `other` holds the constant's powers.
-    other + same * t
 }

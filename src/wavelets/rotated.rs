@@ -5,12 +5,12 @@
 //! tables, so a tree has the energy of the light, however small its sun is.
 
 use crate::blob::Size;
-use crate::light::chart::{Chart, Layout, square_of};
+use crate::light::chart::{Chart, Layout};
 use crate::light::environment::Environment;
 use crate::light::tables::{Light, Patches};
 use crate::numeric::{exponent, max, min, times_power};
 use crate::simd::{Four, Num};
-use crate::sphere::Frame;
+use crate::sphere::{Frame, octahedral_square};
 use crate::status::{Error, Status};
 use crate::wavelets::pruned::Config;
 use crate::wavelets::stored::{Header, Refused};
@@ -200,7 +200,7 @@ impl<'a> Rotated<'a> {
     fn square(&self, face: u32, position: [Four; 2]) -> [[f32; Four::WIDTH]; 2] {
         let [x, y, z] = self.light.chart.direction(Four::splat(face as f32), position);
         let along = |k: usize| x * self.axes[0][k] + y * self.axes[1][k] + z * self.axes[2][k];
-        square_of([along(0), along(1), along(2)]).map(|s| (s * self.side).store())
+        octahedral_square([along(0), along(1), along(2)]).map(|s| (s * self.side).store())
     }
 }
 

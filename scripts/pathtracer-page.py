@@ -12,9 +12,10 @@ from concurrent.futures import ThreadPoolExecutor
 
 # Every so many pixels of an image of 960 x 560: hits of a pixel are then as near to one another as those of a real image.
 VIEW = ["--width", "24", "--height", "14", "--stride", "40"]
+PIXELS = 24 * 14
 # What is traced, by name: the arguments, and the most samples of a pixel with random numbers and with a (0,2)-sequence.
 TRACERS = {
-    "paths": (["--repeats", "1", "--reference", "500"], ["256", "256"]),
+    "paths": (["--repeats", "1", "--reference", "500", "--methods", "mis,compensated,direct,alone,unshared"], ["256", "256"]),
     "direct light": (["--depth", "1", "--repeats", "1", "--reference", "1000"], ["256", "1024"]),
     "direct light, 4 rays": (["--depth", "1", "--rays", "4", "--repeats", "1", "--reference", "1000"], ["64", "256"]),
     "spheres": (["--without", "1", "--repeats", "2", "--reference", "250"], ["64", "64"]),
@@ -28,15 +29,18 @@ SLOPED = ["forest_slope_1k", "st_fagans_interior_1k", "venice_sunset_1k"]
 EXPERIMENT = ["--depth", "1", "--stratified", "1", "--least", "16", "--repeats", "1", "--methods", "mis,compensated,alone"]
 NUMBERS = ["random", "(0,2)-sequence"]
 METRICS = ["absolute", "relative"]
-PATTERNS = ["direct", "alone"]
+PATTERNS = ["direct", "unshared", "alone"]
 # The pattern of docs/integrating.md for each tracer: verdicts and losses are of these.
 ADVISED = {"paths": "direct", "direct light": "alone", "direct light, 4 rays": "alone", "spheres": "direct"}
 BASELINES = ["mis", "compensated"]
 COLUMNS = ["tracer", "map", "numbers", "samples", "method", "seconds", "mean", "absolute MSE", "relative MSE", "absolute efficiency over mis",
            "relative efficiency over mis"]
 EXPERIMENT_COLUMNS = ["experiment", "map", *COLUMNS[3:], "share of the disc", "share of the mesh"]
+# Names of both patterns on the page: those of docs/integrating.md.
+CALLED = {"direct": "pattern 1", "unshared": "pattern 1, not shared", "alone": "pattern 2"}
 # What the table by map shows: a tracer, its numbers and samples.
-BY_MAP = [("paths", "random", 16), ("paths", "(0,2)-sequence", 64), ("direct light", "random", 16), ("direct light", "(0,2)-sequence", 64)]
+BY_MAP = [("paths", "random", 16), ("paths", "random", 64), ("paths", "(0,2)-sequence", 16), ("paths", "(0,2)-sequence", 64),
+          ("direct light", "random", 16), ("direct light", "(0,2)-sequence", 64)]
 # How many of the cells that lose most the page shows, for each metric.
 LOSSES = 8
 # Goals, absolute and relative: the mean with a (0,2)-sequence of 16 samples and more, and in a path tracer with random numbers.
@@ -128,7 +132,7 @@ def main(program, folder, path):
         return [key for key in told if (key[0], key[2], key[3]) == group]
 
     def gains(group, method, metric):
-        return [gain(key, method, metric) for key in of(group)]
+        return [gain(key, method, metric) for key in of(group) if method in cells[key]]
 
     groups = list(dict.fromkeys((key[0], key[2], key[3]) for key in told))
     places = list(dict.fromkeys(group[:2] for group in groups))
@@ -145,8 +149,8 @@ def main(program, folder, path):
     for group in groups:
         for metric, name in enumerate(METRICS):
             rows.append([f"{group[0]}, {group[1]}", str(group[2]), name, *[text(gains(group, method, metric)) for method in PATTERNS]])
-    by_map = [[name, *[text([gain(key, ADVISED[tracer], metric)] if (key := (tracer, name, numbers, samples)) in told else []).split(" ")[0]
-                       for tracer, numbers, samples in BY_MAP for metric in (1, 0)]] for name in names]
+    by_map = [[name, *[", ".join(f"{gain(key, ADVISED[tracer], metric):.2f}x" for metric in (1, 0)) if (key := (tracer, name, numbers, samples)) in told
+                       else "-" for tracer, numbers, samples in BY_MAP]] for name in names]
     for numbers, goal in GOALS.items():
         kept = [g for g in groups if g[1] == numbers and (g[2] >= 16 if numbers != "random" else g[0] == "paths")]
         for metric, name in enumerate(METRICS):
@@ -175,6 +179,9 @@ def main(program, folder, path):
             if run == "without both" and row["alone"][0] * row["alone"][2] > min(row[other][0] * row[other][2] for other in BASELINES)]
     shares = [values[4] / values[2] for _, values in lost] or [0]
     losing = ", ".join(sorted({name for name, _ in lost}))
+
+    # Of one sample a pixel: all seconds of an image.
+    path_us = 1e6 * mean([cells[key]["mis"][0] / PIXELS for key in cells if key[0] == "paths" and key[3] == 1])
 
     losses = []
     won = {metric: [0, 0] for metric in METRICS}
@@ -213,20 +220,24 @@ def main(program, folder, path):
     with open(path, "w", encoding="utf-8") as file:
         file.write(f"""# Light in a path tracer, at equal time
 
-**In path tracers let `wis_direct` bring what exceeds the mean of the map, and BSDF rays the rest; in direct light let it bring all.** Against the
+**In path tracers let `wis_direct` bring what exceeds the mean of the map, and BSDF rays the rest: [pattern 1](../integrating.md#1-a-path-tracer). In
+direct light let it bring all: [pattern 2](../integrating.md#2-direct-light-alone).** Against the
 better of MIS and compensated MIS this wins {won['relative'][0]} of {won['relative'][1]} cells in relative error, and {won['absolute'][0]} of \
 {won['absolute'][1]} in absolute error. A cell is a tracer, a map and a
 number of samples per pixel. {len(cells) - len(told)} cells are left out, whose errors are below what the references can tell.
 
 Efficiency over the better of MIS and compensated MIS: 1 / (mean squared error x time). Geometric mean over {len(names)} maps, in brackets the worst
-map. Above 1 is better. Both MIS take a sample of the light and one of the BSDF at each hit, with 4 rays four of each.
+map. Above 1 is better. Both MIS take a sample of the light and one of the BSDF at each hit, with 4 rays four of each. The (0,2)-sequence is Sobol's,
+Owen-scrambled; `wis_direct` draws one of its own from `seed` and `sample`. A path of up to four hits takes {path_us:.1f} us by MIS.
 
 {table(["tracer, numbers", "metric", *[f"{samples} samples" if samples > 1 else "1 sample" for samples in numbers_of_samples]], summary)}
 {chr(10).join(goals)}
 
 ## By map
 
-{table(["map", *[f"{tracer}, {numbers}, {samples}, {name}" for tracer, numbers, samples in BY_MAP for name in METRICS[::-1]]], by_map)}
+Relative and absolute error, with so many samples.
+
+{table(["map", *[f"{tracer}, {numbers}, {samples}" for tracer, numbers, samples in BY_MAP]], by_map)}
 ## Why direct light loses
 
 Direct light, (0,2)-sequence, relative error, in scenes that lack the metal sphere of GGX 0.05, the ground, or both, or the mesh, too. The sphere where it
@@ -240,16 +251,18 @@ mesh, which hides lamps and a low sun from itself: its share of the error is {10
 - **Candidates that the renderer's points drive** are those of now: candidate `i` of the sample `t` is point `16 t + i` of one Owen-scrambled Sobol
   sequence. All candidates of a pixel together are a (0,2)-sequence, and each sample's are a net. One net for a pixel, moved inside its cells by the
   renderer's points, has 1.0 to 1.8 times the relative error with 64 samples and 2.0 to 4.7 times with 256 (a smooth sky, Lambert and GGX 0.2).
-- **A BSDF ray for direct light**: column "direct" below. It halves the error of the floor, and has 1.4 to 2.9 times that of the metal sphere.
+- **A BSDF ray for direct light**: pattern 1 below. It halves the error of the floor, and has 1.4 to 2.9 times that of the metal sphere.
 - **More candidates, and chances for all of them**: four times as many have 0.5 to 1.1 times the efficiency in relative error under three maps. A least
   weight of 0.2 of the mean in place of 0.05 has 1.0 to 1.3 times in relative error and 0.8 to 0.9 times in absolute error; one of 1 has 1.1 to 2.0
   times and 0.5 to 0.6 times.
 
 ## Both patterns
 
-{table(["tracer, numbers", "samples", "metric", "direct", "direct alone"], rows)}
-- **direct**: `WIS_POINT_COMPENSATED`, and BSDF rays that leave the scene bring the map up to its mean. In direct light BSDF rays are traced for it.
-- **direct alone**: `wis_direct` brings all light.
+{table(["tracer, numbers", "samples", "metric", *[CALLED[method] for method in PATTERNS]], rows)}
+- **pattern 1**, the split: `WIS_POINT_COMPENSATED`, and BSDF rays that leave the scene bring the map up to its mean. In direct light BSDF rays are
+  traced for it. **Pattern 2**: `wis_direct` brings all light.
+- Both share: `hits_per_pixel` is the number of samples, and each pattern has a light of its own, pattern 1 with `WIS_ENVIRONMENT_COMPENSATED`.
+  From 16 samples on first hits of wide lobes draw from products. **Not shared**: `hits_per_pixel` of 0.
 - **paths**: four hits. **direct light**: one hit. **spheres**: paths without the mesh, whose rays cost 50 ns. A sphere is of GGX 0.05.
 
 ## Convergence
@@ -258,10 +271,10 @@ Slope of log relative error over log samples from 16 to 1024 for each pixel: dir
 -1. Steeper is better. All surfaces are of one material; the coarse mesh has 960 triangles. Lambert and
 GGX 0.2 draw from products that hits share, GGX 0.05 picks among candidates. The pattern hardly changes inside a pixel.
 
-{table(["material", "pixels that see", "MIS", "compensated MIS", "direct alone"], slopes)}
+{table(["material", "pixels that see", "MIS", "compensated MIS", CALLED["alone"]], slopes)}
 ## Where it loses most
 
-Of direct for paths and spheres, of direct alone for direct light. Error: that of the better MIS over ours with as many samples. Time: ours over
+Of pattern 1 for paths and spheres, of pattern 2 for direct light. Error: that of the better MIS over ours with as many samples. Time: ours over
 that of the better MIS. Every cell stands in [pathtracer.tsv](pathtracer.tsv), those of other scenes in
 [pathtracer-experiments.tsv](pathtracer-experiments.tsv).
 
@@ -269,7 +282,7 @@ that of the better MIS. Every cell stands in [pathtracer.tsv](pathtracer.tsv), t
 ## How it was measured
 
 `make pathtracer-page MAPS=folder` wrote this page. The tracer is `scene.h` and `path.h` in `c-examples/pathtracer`: spheres, a mesh of 115,200
-triangles, Lambert, GGX of 0.05, 0.15 and 0.3, patterned albedo. One ray for light at each hit, or four. 24 x 14 pixels, every 40th of an image of 960 x 560;
+triangles, Lambert, GGX of alpha 0.05, 0.15 and 0.3, patterned albedo. One ray for light at each hit, or four. 24 x 14 pixels, every 40th of an image of 960 x 560;
 processor time of one thread; methods take turns. Errors are the mean of (image - one reference) x (image - the other), so that the noise of
 references does not bias them. Relative error: squared error / (reference^2 + 1e-4 mean^2). Maps: {", ".join(names)}.
 

@@ -10,10 +10,11 @@
 #include "path.h"
 
 /* Of wis_direct: beside BSDF rays that bring the light up to the mean of the map, and alone. */
-static const Method METHODS[] = {{"mis", BY_LIGHT, BALANCE, 0},
-                                 {"compensated", BY_LIGHT, BALANCE, WIS_ENVIRONMENT_COMPENSATED},
-                                 {"direct", BY_DIRECT, BASE, WIS_ENVIRONMENT_COMPENSATED},
-                                 {"alone", BY_DIRECT, NOTHING, 0}};
+static const Method METHODS[] = {{"mis", BY_LIGHT, BALANCE, 0, false},
+                                 {"compensated", BY_LIGHT, BALANCE, WIS_ENVIRONMENT_COMPENSATED, false},
+                                 {"direct", BY_DIRECT, BASE, WIS_ENVIRONMENT_COMPENSATED, false},
+                                 {"alone", BY_DIRECT, NOTHING, 0, false},
+                                 {"unshared", BY_DIRECT, BASE, WIS_ENVIRONMENT_COMPENSATED, true}};
 #define COUNT (sizeof METHODS / sizeof METHODS[0])
 
 typedef struct Options {
@@ -44,7 +45,7 @@ static const char HELP[] =
     "  --without N       without the mesh (1), the metal sphere (2), the disc (4), or several (their sum)\n"
     "  --material N      1 to 4: all of Lambert, GGX 0.2, GGX 0.05, patterned Lambert (default 0: of several)\n"
     "  --coarse 1        a mesh of 960 triangles in place of 115,200\n"
-    "  --methods LIST    of mis,compensated,direct,alone\n"
+    "  --methods LIST    of mis,compensated,direct,alone,unshared (default: the first four)\n"
     "  --out FILE.png    the last image\n"
     "  --reference N     samples per pixel of each of two references (default: 32)\n"
     "  --repeats N       images of most samples per pixel, and the same samples in more images of fewer (default: 2)";
@@ -90,7 +91,7 @@ static const Vec3 EYE = {0, 2.4f, 4.6f};
 /* Answers the seconds it took. */
 static double render(Tracer *t, const Options *o, const Method *method, const wis_environment *const lights[2], uint32_t spp, uint32_t seed, Vec3 *image,
                      Progress *progress) {
-    wis_sampler_config config = {.size = sizeof config, .rays = t->rays, .hits_per_pixel = spp};
+    wis_sampler_config config = {.size = sizeof config, .rays = t->rays, .hits_per_pixel = method->unshared ? 0 : spp};
     wis_memory_size size;
     void *memory;
     clock_t start;

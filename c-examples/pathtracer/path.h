@@ -14,6 +14,7 @@ typedef struct Method {
     /* What BSDF rays bring that leave the scene: their share by the balance heuristic, or light up to the mean of the map. */
     enum { NOTHING, BALANCE, BASE } escape;
     uint32_t flags; /* of the environment */
+    bool unshared;  /* first hits of a pixel share no products */
 } Method;
 
 typedef struct Tracer {

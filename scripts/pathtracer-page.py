@@ -248,7 +248,7 @@ mesh, which hides lamps and a low sun from itself: its share of the error is {10
 {table(["scene", *[f"{samples} samples" for samples in (16, 64, 256)]], causes)}
 - **Products for diffuse lobes, candidates for narrow ones** is what hits do: each by its narrowest lobe. Only the varnish has a diffuse lobe
   and one narrower than 0.2, and 2 to 8 % of the error under three maps. So drawing one of the two by chance could lower no error by more than that.
-- **Candidates that the renderer's points drive** are those of now: candidate `i` of the sample `t` is point `16 t + i` of one Owen-scrambled Sobol
+- **Candidates driven by one sequence for the pixel** is what the library does: candidate `i` of the sample `t` is point `16 t + i` of one Owen-scrambled Sobol
   sequence. All candidates of a pixel together are a (0,2)-sequence, and each sample's are a net. One net for a pixel, moved inside its cells by the
   renderer's points, has 1.0 to 1.8 times the relative error with 64 samples and 2.0 to 4.7 times with 256 (a smooth sky, Lambert and GGX 0.2).
 - **A BSDF ray for direct light**: pattern 1 below. It halves the error of the floor, and has 1.4 to 2.9 times that of the metal sphere.

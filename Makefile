@@ -38,7 +38,7 @@ CXXFLAGS ?= $(CFLAGS)
 FILL_IN := sed -e 's/@VERSION@/$(VERSION)/' -e 's/@MAJOR@/$(MAJOR)/' -e 's/@MINOR@/$(MINOR)/' \
 	-e 's/@ABI@/$(ABI)/'
 
-.PHONY: help lib header install install-files print-abi demo pathtracer pathtracer-page figure gallery hardcases report goals performance check-pages light rooms passes structured wavelets \
+.PHONY: help lib header install install-files print-abi demo pathtracer pathtracer-page figure gallery hardcases report goals performance check-pages light rooms structured wavelets \
 	triple check test fuzz fuzz-guided growth instructions check-bits coverage soak sanitizers mutants check-aarch64 check-thumb renderers cycles test-renderers web test-web test-slow dist wheel docs abi clean
 
 help: ## list the targets
@@ -155,13 +155,9 @@ light: lib ## measure the light beside pbrt's tables, and write docs/measurement
 	scripts/instruments.sh $(LIB) run --bin measure -- light $(if $(QUICK),$(BUILD)/light-quick.md --quick,docs/measurements/light.md)
 	$(if $(QUICK),,scripts/performance-page.py)
 
-rooms: lib ## measure rooms with and without portals, and write docs/measurements/rooms.md: QUICK=1 for a check
+rooms: lib ## measure rooms with and without portals and visibility caches, and write docs/measurements/rooms.md: QUICK=1 for a check
 	scripts/setup.sh test
 	scripts/instruments.sh $(LIB) run --bin measure -- rooms $(if $(QUICK),$(BUILD)/rooms-quick.md --quick,docs/measurements/rooms.md)
-
-passes: lib ## measure what a visibility cache brings in passes of one ray, and write docs/measurements/passes.md: QUICK=1 for a check
-	scripts/setup.sh test
-	scripts/instruments.sh $(LIB) run --bin measure -- passes $(if $(QUICK),$(BUILD)/passes-quick.md --quick,docs/measurements/passes.md)
 
 structured: lib ## go through the claims of structured importance sampling and write docs/measurements/sis-2003.md
 	scripts/setup.sh test

@@ -121,10 +121,6 @@ light_quick() {
     instruments run --bin measure -- light --quick "$logs/light.md"
 }
 
-passes_quick() {
-    instruments run --bin measure -- passes "$logs/passes.md" --quick
-}
-
 rooms_quick() {
     instruments run --bin measure -- rooms "$logs/rooms.md" --quick
 }
@@ -177,7 +173,6 @@ library() {
     step hardcases hardcases
     step report-quick report_quick
     step light-quick light_quick
-    step passes-quick passes_quick
     step rooms-quick rooms_quick
 }
 

@@ -2,7 +2,6 @@
 
 mod goals;
 mod light;
-mod passes;
 mod report;
 mod rooms;
 mod speed;
@@ -15,9 +14,7 @@ enum Instrument {
     Report(report::Options),
     /// The light beside a table as pbrt builds it; fails if a goal is missed by far
     Light(Output),
-    /// Rendering in passes of one ray at a hit, with and without a visibility cache
-    Passes(Output),
-    /// Rooms with portals beside what renderers do there
+    /// Rooms with portals and visibility caches beside what renderers do there
     Rooms(Output),
     /// What one process can decide beside version 0.2
     Goals(Output),
@@ -36,7 +33,6 @@ fn main() -> anyhow::Result<()> {
     match Instrument::parse() {
         Instrument::Report(options) => report::run(options),
         Instrument::Light(of) => light::run(&of.page, of.quick),
-        Instrument::Passes(of) => passes::run(&of.page, of.quick),
         Instrument::Rooms(of) => rooms::run(&of.page, of.quick),
         Instrument::Goals(of) => goals::run(&of.page, of.quick),
     }

@@ -1,5 +1,6 @@
 //! Rooms, with and without portals, beside what a renderer may do in them.
 
+mod cache;
 mod page;
 mod passes;
 mod seen;

@@ -1,17 +1,19 @@
 //! The page: verdicts first, then the tables that they come from.
 
-use super::passes::{Passes, WAYS};
+use super::passes::{PASSES, PLACES, Passes, WAYS};
 use super::seen::{RAYS, Seen, WAYS as SEEN};
 use super::several::Several;
 use crate::report::gains::{METRICS, Scale, distinct, geometric_mean, over, row, variance};
 use anyhow::Result;
 use wis_ffi_tests::cost::MODELS;
-use wis_ffi_tests::measure::Cell;
+use wis_ffi_tests::measure::{Cell, FEW, REGIONS};
 use wis_ffi_tests::page::{Page, Part, Table, times};
 
 /// Goals, absolute and relative: over MIS without portals, and over MIS with a uniform sample of the portals.
 const OVER_MIS: [f64; 2] = [10.0, 10.0];
 const OVER_UNIFORM: [f64; 2] = [4.0, 1.2];
+/// Of a visibility cache in passes, where some of the light is hidden and where most of it is.
+const OF_CACHE: f64 = 1.5;
 /// What one call for several environments must save to be worth its code: a third of the error at equal time.
 const SAVES: f64 = 1.5;
 
@@ -44,7 +46,7 @@ pub fn page(cells: &[Cell], seen: &[Seen], passes: &[Passes], several: &[Several
     let scenes = distinct(cells.iter().map(|cell| &cell.scene));
     let lights = distinct(cells.iter().map(|cell| &cell.light)).join(", ");
     let mut parts = vec![
-        Part::List(verdicts(cells, seen, several)),
+        Part::List(verdicts(cells, seen, passes, several)),
         Part::Text(
             "Gain: how many times lower the variance is at equal time, as the geometric mean over lights and materials. Above 1, `wis_direct` is \
              better. Absolute error weighs bright points, relative error weighs all points alike. Cheap and expensive: what a ray and an \
@@ -69,11 +71,16 @@ pub fn page(cells: &[Cell], seen: &[Seen], passes: &[Passes], several: &[Several
         ),
         Part::Table(of_seen(seen)),
         Part::Heading("Passes of one ray, with a visibility cache".into()),
-        Part::Text(
-            "The room with one window, 16 passes over an image. Gain over rays with neither. The visibility cache learns from earlier passes."
-                .into(),
-        ),
+        Part::Text(format!(
+            "{PASSES} passes over an image, of which the first counts neither as error nor as time: there the cache knows nothing. Time holds keys, \
+             recording and the end of passes. The room with one window, gain over rays with neither:"
+        )),
         Part::Table(of_passes(passes)),
+        Part::Text(format!(
+            "Gain of the cache in relative error, where v of a point's light is visible. Lit: v > 0.95. Umbra: v < 0.05. At least {FEW} points of \
+             an image:"
+        )),
+        Part::Table(by_region(passes)),
         Part::Heading("Several environments".into()),
         Part::Text(
             "Gain of one call for the sum of some maps over a call for each, in the open. One call for several environments could not be better: \
@@ -103,7 +110,7 @@ fn verdict(reached: bool) -> &'static str {
     if reached { "reached" } else { "**missed**" }
 }
 
-fn verdicts(cells: &[Cell], seen: &[Seen], several: &[Several]) -> Vec<String> {
+fn verdicts(cells: &[Cell], seen: &[Seen], passes: &[Passes], several: &[Several]) -> Vec<String> {
     let rooms: Vec<&Cell> = cells.iter().filter(|cell| ROOMS.contains(&cell.scene.as_str())).collect();
     let both = |theirs: &str, ours: &str, model: usize| {
         Scale::of_model(model).map(|scale| gain(&rooms, ours, theirs, 4, scale))
@@ -142,6 +149,18 @@ fn verdicts(cells: &[Cell], seen: &[Seen], several: &[Several]) -> Vec<String> {
         "Without portals in the same rooms, 4 rays, with a visibility cache that has learnt, over MIS: {}. The goal of 1 is {verdict_of_seen}.",
         under_both(learnt)
     ));
+    for region in [2, 3] {
+        let gains = [0, 1].map(|model| geometric_mean(passes.iter().filter_map(|of| of.gain(region, model))));
+        let reached = verdict(gains.iter().all(|gain| *gain >= OF_CACHE));
+        list.push(format!(
+            "A visibility cache in {PASSES} passes of one ray, relative error in the {}: {} ({}), {} ({}). The goal of {OF_CACHE} is {reached}.",
+            REGIONS[region],
+            times(gains[0]),
+            MODELS[0].0,
+            times(gains[1]),
+            MODELS[1].0
+        ));
+    }
     let saves: Vec<f64> = several.iter().flat_map(gains_of_sum).collect();
     list.push(format!(
         "Several environments: one call for a map of their sum has {} the efficiency of a call for each, and saves a third of the error in {} of {} \
@@ -243,14 +262,33 @@ fn of_seen(seen: &[Seen]) -> Table {
 /// A line for each way and cost model.
 fn of_passes(passes: &[Passes]) -> Table {
     let mut table = Table::new(2, &["with", "costs", "absolute", "relative", "ns a point and a pass"]);
+    let here = || passes.iter().filter(|of| of.place == PLACES[1]);
     for (way, (name, _)) in WAYS.into_iter().enumerate() {
         for (model, (costs, _)) in MODELS.into_iter().enumerate() {
             let gain = |metric: usize| {
-                let cost = |cell: &Passes, way: usize| cell.errors[way][metric] * cell.times[way][model];
-                times(geometric_mean(passes.iter().map(|cell| cost(cell, 0) / cost(cell, way))))
+                let cost = |of: &Passes, way: usize| METRICS[metric].1(&of.errors[way][0]) * of.times[way][model];
+                times(geometric_mean(here().map(|of| cost(of, 0) / cost(of, way))))
             };
-            let ns = geometric_mean(passes.iter().map(|cell| cell.times[way][model]));
+            let ns = geometric_mean(here().map(|of| of.times[way][model]));
             table.row([name.into(), costs.into(), gain(0), gain(1), format!("{ns:.0}")]);
+        }
+    }
+    table
+}
+
+/// A line for each place and region.
+fn by_region(passes: &[Passes]) -> Table {
+    let mut table = Table::new(2, &["where", "region", "cells", MODELS[0].0, "worst", MODELS[1].0, "worst"]);
+    for place in PLACES {
+        for (region, name) in REGIONS.into_iter().enumerate().skip(1) {
+            let gains =
+                |model: usize| passes.iter().filter_map(move |of| of.gain(region, model).filter(|_| of.place == place));
+            if gains(0).count() > 0 {
+                let numbers =
+                    [0, 1].map(|model| [geometric_mean(gains(model)), gains(model).fold(f64::INFINITY, f64::min)]);
+                let words = [place.into(), name.into(), gains(0).count().to_string()];
+                table.row(words.into_iter().chain(numbers.concat().into_iter().map(times)));
+            }
         }
     }
     table

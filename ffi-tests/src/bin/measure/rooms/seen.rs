@@ -1,7 +1,7 @@
 //! Rooms without portals whose visibility a cache has learnt, beside calls without a cache and MIS. Passes over an image teach the cache;
 //! then calls of other seeds are judged one by one, so that MIS needs no passes of its own.
 
-use crate::passes::cache::Cache;
+use super::cache::Cache;
 use anyhow::Result;
 use glam::Vec3;
 use wis_ffi_tests::client::{pixel_seed, raw};

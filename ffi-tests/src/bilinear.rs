@@ -154,7 +154,6 @@ pub fn position(layout: Layout, size: [usize; 2], d: DVec3) -> [f64; 2] {
             let last = width * (1.0 - f64::EPSILON);
             [cell(s), (2 * axis + usize::from(negative)) as f64 * width + cell(t).min(last)]
         }
-        Layout::Angular => unreachable!("no client interpolates angular maps here"),
     }
 }
 
@@ -173,7 +172,6 @@ pub fn direction(layout: Layout, size: [usize; 2], [column, row]: [f64; 2]) -> (
             let d = from_face(face, plane);
             (d.normalize(), 4.0 / (width * width) / d.length().powi(3))
         }
-        Layout::Angular => unreachable!("no client interpolates angular maps here"),
     }
 }
 

@@ -1,4 +1,4 @@
-//! How maps lay the sphere of directions out in texels: lat-long, cube and angular maps, eight directions at once.
+//! How maps lay the sphere of directions out in texels: lat-long and cube maps, eight directions at once.
 //!
 //! Positions on a map are in texels, columns to the right and rows downwards; the six faces of a cube stand below one
 //! another.
@@ -14,8 +14,6 @@ pub enum Layout {
     LatLong,
     /// The faces +x -x +y -y +z -z of OpenGL, table 8.19 of its specification.
     Cube,
-    /// Debevec's light probe: +z in the middle, -z on the circle of radius 1, y up.
-    Angular,
 }
 
 /// Positions of eight directions on a map.
@@ -48,12 +46,6 @@ impl Layout {
                 let last = width - F8::splat(0.001);
                 Position { column: cell(s), row: number * width + cell(t).min(last) }
             }
-            Layout::Angular => {
-                let across = (d.x * d.x + d.y * d.y).sqrt();
-                let radius = across.atan2(d.z) * F8::splat(1.0 / PI) / across.max(F8::splat(1e-30));
-                let cell = |c: F8, n: F8| (c * radius + F8::ONE) * F8::HALF * n;
-                Position { column: cell(d.x, width), row: cell(-d.y, height) }
-            }
         }
     }
 
@@ -73,14 +65,6 @@ impl Layout {
                 let t = (at.row / width - number) * F8::splat(2.0) - F8::ONE;
                 from_face(number, s, t).normalize()
             }
-            Layout::Angular => {
-                let x = at.column / width * F8::splat(2.0) - F8::ONE;
-                let y = F8::ONE - at.row / height * F8::splat(2.0);
-                let radius = (x * x + y * y).sqrt();
-                let (sin, cos) = sin_cos_turn(radius * F8::HALF);
-                let scale = sin / radius.max(F8::splat(1e-30));
-                V8::new(x * scale, y * scale, cos)
-            }
         }
     }
 
@@ -96,7 +80,6 @@ impl Layout {
                 let half = width * F8::HALF;
                 half * half / (major * major * major)
             }
-            Layout::Angular => width * height * F8::splat(0.25 / (PI * PI)) * across.atan2(d.z) / across,
         }
     }
 }
@@ -134,8 +117,7 @@ fn from_face(number: F8, s: F8, t: F8) -> V8 {
 mod tests {
     use super::*;
 
-    const SIZES: [(Layout, [usize; 2]); 3] =
-        [(Layout::LatLong, [32, 16]), (Layout::Cube, [8, 48]), (Layout::Angular, [16, 16])];
+    const SIZES: [(Layout, [usize; 2]); 2] = [(Layout::LatLong, [32, 16]), (Layout::Cube, [8, 48])];
 
     fn lanes(of: impl Fn(usize) -> f32) -> F8 {
         F8::new(std::array::from_fn(of))
@@ -150,10 +132,6 @@ mod tests {
                 let back = layout.position(size, d);
                 for i in 0..8 {
                     let (x, y) = (i as f32 + 0.3, row as f32 + 0.6);
-                    let outside = (x / 8.0 - 1.0).hypot(y / 8.0 - 1.0) >= 1.0;
-                    if layout == Layout::Angular && outside {
-                        continue;
-                    }
                     let (column, row) = (back.column.as_array_ref()[i], back.row.as_array_ref()[i]);
                     assert!((column - x).abs() < 1e-3 && (row - y).abs() < 1e-3, "{layout:?} {x} {y}: {column} {row}");
                 }
@@ -169,12 +147,9 @@ mod tests {
             for (row, column) in (0..size[1] * FINE).flat_map(|y| (0..size[0] * FINE / 8).map(move |x| (y, 8 * x))) {
                 let fine = |i: usize| (i as f32 + 0.5) / FINE as f32;
                 let at = Position { column: lanes(|i| fine(column + i)), row: F8::splat(fine(row)) };
-                let inside: [bool; 8] = std::array::from_fn(|i| {
-                    layout != Layout::Angular || (fine(column + i) / 8.0 - 1.0).hypot(fine(row) / 8.0 - 1.0) < 1.0
-                });
                 let texels = layout.texels_per_solid_angle(size, layout.direction(size, at));
-                let kept = texels.as_array_ref().iter().zip(inside).filter(|t| t.1);
-                solid_angle += kept.map(|t| 1.0 / f64::from(*t.0)).sum::<f64>() / (FINE * FINE) as f64;
+                solid_angle +=
+                    texels.as_array_ref().iter().map(|t| 1.0 / f64::from(*t)).sum::<f64>() / (FINE * FINE) as f64;
             }
             let whole = 4.0 * std::f64::consts::PI;
             assert!((solid_angle / whole - 1.0).abs() < 2e-3, "{layout:?}: {solid_angle}");

@@ -36,7 +36,7 @@ impl From<panorama::Panorama> for Light {
 
 impl Light {
     /// Reads a Radiance or OpenEXR map: a lat-long map (about 2:1), a vertical cross (3:4) that is cut into its
-    /// faces, or a light probe (1:1, angular map).
+    /// faces, or a light probe (1:1, angular map), which becomes a lat-long map.
     ///
     /// # Errors
     /// A file that cannot be read or has another shape.
@@ -62,7 +62,7 @@ impl Light {
         };
         let Image { width, height, luminance } = image.with_context(|| format!("map {}", path.display()))?;
         if width == height {
-            Ok(Light::angular(name, width, luminance))
+            Ok(Light::probe(name, width, &luminance))
         } else if 2 * width >= 3 * height && width <= 3 * height {
             Ok(Light::latlong(name, width, height, luminance))
         } else if width * 4 == height * 3 && width % 3 == 0 {
@@ -88,21 +88,17 @@ impl Light {
         Light { name: name.into(), layout: Layout::Cube, width, height, luminance, map_from_world, filter: None }
     }
 
-    /// A light probe, +y up, with the world's +y in the middle, as it is in a cross.
-    fn angular(name: &str, side: usize, luminance: Vec<f32>) -> Light {
-        let map_from_world = Mat3::from_cols(Vec3::X, Vec3::Z, Vec3::Y);
-        Light {
-            name: name.into(),
-            layout: Layout::Angular,
-            width: side,
-            height: side,
-            luminance,
-            map_from_world,
-            filter: None,
-        }
+    /// A light probe (Debevec's angular map) as a lat-long map of as many rows. The world's +y is in its middle, +z up, and -y on the circle
+    /// of radius 1.
+    fn probe(name: &str, side: usize, luminance: &[f32]) -> Light {
+        Light::resampled(name, side, |wi| {
+            let radius = wi.x.hypot(wi.z).atan2(wi.y) / (PI * wi.x.hypot(wi.z).max(1e-30));
+            let cell = |c: f32| (((c * radius + 1.0) * 0.5 * side as f32) as usize).min(side - 1);
+            luminance[cell(-wi.z) * side + cell(wi.x)]
+        })
     }
 
-    /// The same light, looked up bilinearly; not for light probes.
+    /// The same light, looked up bilinearly.
     pub fn bilinear(self) -> Light {
         let filter = Some(Bilinear::new(self.layout, self.size(), &self.luminance));
         Light { filter, ..self }
@@ -185,24 +181,28 @@ impl Light {
         Light::latlong(name, width, height, (0..width * height).map(texel).collect())
     }
 
-    /// The same light as a lat-long map of `height` rows, looked up four by four times in a texel; a lat-long map as it
-    /// is.
+    /// The same light as a lat-long map of `height` rows; a lat-long map as it is.
     pub fn to_latlong(&self, height: usize) -> Light {
-        const FINE: usize = 4;
         if self.layout == Layout::LatLong {
             return self.clone();
         }
+        Light::resampled(&self.name, height, |wi| self.radiance(wi))
+    }
+
+    /// A lat-long map of `height` rows, looked up four by four times in a texel.
+    fn resampled(name: &str, height: usize, radiance: impl Fn(Vec3) -> f32) -> Light {
+        const FINE: usize = 4;
         let width = 2 * height;
         let texel = |i: usize| {
             let at = |j: usize| {
                 let x = (i % width) as f32 + ((j % FINE) as f32 + 0.5) / FINE as f32;
                 let y = (i / width) as f32 + ((j / FINE) as f32 + 0.5) / FINE as f32;
                 let d = direction(y / height as f32 * PI, x / width as f32 * TAU);
-                self.radiance(Vec3::new(d.x, -d.y, d.z))
+                radiance(Vec3::new(d.x, -d.y, d.z))
             };
             (0..FINE * FINE).map(at).sum::<f32>() / (FINE * FINE) as f32
         };
-        Light::latlong(&self.name, width, height, (0..width * height).map(texel).collect())
+        Light::latlong(name, width, height, (0..width * height).map(texel).collect())
     }
 
     /// Luminance from a world direction.
@@ -220,7 +220,7 @@ impl Light {
         Some(filter.at(self.layout.position(self.size(), turned(&self.map_from_world, wi))))
     }
 
-    /// Luminance from a world direction, found in double precision; not of light probes.
+    /// Luminance from a world direction, found in double precision.
     pub fn exact(&self, wi: Vec3) -> f64 {
         let d = self.map_from_world.as_dmat3() * wi.as_dvec3();
         if let Some(filter) = &self.filter {
@@ -230,7 +230,7 @@ impl Light {
         f64::from(self.luminance[y.min(self.height - 1) * self.width + x.min(self.width - 1)])
     }
 
-    /// The mean luminance over the sphere; not of light probes.
+    /// The mean luminance over the sphere.
     pub fn mean(&self) -> f64 {
         let angles = self.solid_angles();
         let texels = self.means();
@@ -296,21 +296,13 @@ impl Light {
                 let part = |k: usize| LANES * half + k;
                 let column = F8::new(std::array::from_fn(|k| x + fine(part(k) % FINE)));
                 let row = F8::new(std::array::from_fn(|k| y + fine(part(k) / FINE)));
-                let inside = |k: usize| self.is_on_map(column.as_array_ref()[k], row.as_array_ref()[k]);
                 let d = self.layout.direction(self.size(), Position { column, row });
                 let density = self.layout.texels_per_solid_angle(self.size(), d);
-                let lanes = density.as_array_ref().iter().enumerate();
-                sum += lanes.filter(|(k, _)| inside(*k)).map(|(_, density)| 1.0 / f64::from(*density)).sum::<f64>();
+                sum += density.as_array_ref().iter().map(|density| 1.0 / f64::from(*density)).sum::<f64>();
             }
             sum / (FINE * FINE) as f64
         };
         (0..self.luminance.len()).map(texel).collect()
-    }
-
-    /// Whether a position stands for a direction: the corners of an angular map do not.
-    fn is_on_map(&self, column: f32, row: f32) -> bool {
-        let centred = |c: f32, n: usize| c / n as f32 * 2.0 - 1.0;
-        self.layout != Layout::Angular || centred(column, self.width).hypot(centred(row, self.height)) < 1.0
     }
 
     /// Tells lights apart by their texels.
@@ -345,15 +337,6 @@ impl Light {
         match self.layout {
             Layout::LatLong => build(&map),
             Layout::Cube => build(&environment::Map { layout: raw::WIS_LAYOUT_CUBE, ..map }),
-            Layout::Angular => {
-                let side = self.width.max(self.height).next_power_of_two() as u32;
-                let texels = self.on_octahedron(side as usize, 2, |d| self.map_from_world.transpose() * d);
-                let (layout, texels) = (raw::WIS_LAYOUT_OCTAHEDRAL, Texels::F32(&texels));
-                // Its cells are means of texels: between them is the better guess.
-                let filter = raw::WIS_FILTER_BILINEAR;
-                let map = environment::Map { layout, filter, width: side, height: side, texels, ..map };
-                build(&map)
-            }
         }
     }
 
@@ -361,14 +344,14 @@ impl Light {
         environment::Map::latlong(self.width as u32, self.height as u32, 1, Texels::F32(&self.luminance))
     }
 
-    /// The light on an octahedral square whose frame `world` turns: means of `k` by `k` look-ups in each cell.
-    pub fn on_octahedron(&self, side: usize, k: usize, world: impl Fn(Vec3) -> Vec3) -> Vec<f32> {
+    /// The light on an octahedral square: means of `k` by `k` look-ups in each cell.
+    pub fn on_octahedron(&self, side: usize, k: usize) -> Vec<f32> {
         let cell = |i: usize| {
             let fine = |j: usize| {
                 let at = |c: usize, j: usize| (c as f32 + (j as f32 + 0.5) / k as f32) / side as f32;
                 octahedral_direction(at(i % side, j % k), at(i / side, j / k))
             };
-            (0..k * k).map(|j| self.radiance(world(fine(j)))).sum::<f32>() / (k * k) as f32
+            (0..k * k).map(|j| self.radiance(fine(j))).sum::<f32>() / (k * k) as f32
         };
         (0..side * side).map(cell).collect()
     }
@@ -521,7 +504,7 @@ mod tests {
             // It looks along the world's +y, with +z up.
             room.radiance(Vec3::new(sine * x / radius, cosine, sine * y / radius))
         };
-        let probe = Light::angular("probe", side, (0..side * side).map(probe).collect());
+        let probe = Light::probe("probe", side, &(0..side * side).map(probe).collect::<Vec<f32>>());
         let shape = Light::cube("cube", 64, vec![0.0; 6 * 64 * 64]);
         let texel = |i: usize| {
             let at = |c: usize| F8::splat(c as f32 + 0.5);
@@ -549,9 +532,7 @@ mod tests {
     #[test]
     fn the_library_sees_the_same_map() {
         let texels = (0..12 * 64).map(|i| (i * 37 % 101) as f32 + 1.0).collect::<Vec<_>>();
-        let (cube, probe) =
-            (Light::cube("cube", 8, cut_cross(8, &texels)), Light::angular("probe", 16, texels[..256].into()));
-        for light in [Light::sun(64), Light::windows(64), cube, probe] {
+        for light in [Light::sun(64), Light::windows(64), Light::cube("cube", 8, cut_cross(8, &texels))] {
             let environment = light.tables(0, 0.0).unwrap();
             let power = environment.info.power;
             let sampler = std::cell::RefCell::new(environment::Sampler::new(1, 0, 0).unwrap());

@@ -31,7 +31,7 @@ pub fn write(page: &mut Paper) -> Result<()> {
     let basis = basis();
     for name in LIGHTS {
         let light = data::light(name)?;
-        let pixels = light.on_octahedron(SIDE, 4, |world| world);
+        let pixels = light.on_octahedron(SIDE, 4);
         writeln!(out, "### {}\n", light.name)?;
         columns(out, 0, "terms | of all | pixels | harmonics, lowest | harmonics, largest | Haar, largest")?;
         compared.push((light.name.clone(), table(out, &pixels, &basis)?));

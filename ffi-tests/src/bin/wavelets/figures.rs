@@ -81,7 +81,7 @@ pub fn one_point(page: &mut Paper, lit: &Lit) -> Result<()> {
 fn drawn(page: &mut Paper, lit: &Lit) -> Result<()> {
     let material = data::measured("acryl_blue.brdf")?;
     let bsdf = Bsdf::new(&material, &tilted());
-    let light = lit.light.on_octahedron(SIDE, 4, |world| world);
+    let light = lit.light.on_octahedron(SIDE, 4);
     let brdf: Vec<f32> = (0..SIDE * SIDE).map(|i| bsdf.eval_one(middle(i, SIDE)).0).collect();
     let (light_tree, brdf_tree) = (Tree::new(DEPTH, 0.0, &light)?, Tree::new(DEPTH, 0.0, &brdf)?);
     let product = light_tree.multiply(&brdf_tree, None, &mut Block::new(0))?;
@@ -120,7 +120,7 @@ fn draw(sheet: &mut Sheet, at: [u32; 2], pixels: &[[f64; 3]], name: &str) {
 
 /// The map's colours on the octahedral square, each pixel times a factor.
 fn colours(lit: &Lit, factor: Option<&[f32]>) -> Vec<[f64; 3]> {
-    let channels = lit.colours.each_ref().map(|colour| colour.on_octahedron(SIDE, 4, |world| world));
+    let channels = lit.colours.each_ref().map(|colour| colour.on_octahedron(SIDE, 4));
     let times = |i: usize| factor.map_or(1.0, |factor| f64::from(factor[i]));
     (0..SIDE * SIDE).map(|i| channels.each_ref().map(|c| f64::from(c[i]) * times(i))).collect()
 }
@@ -130,7 +130,7 @@ pub fn point_sets(page: &mut Paper, lit: &Lit) -> Result<()> {
     const POINTS: usize = 256;
     page.heading("Point sets (Fig. 4)")?;
     columns(&mut page.text, 2, "function | points | before | after, by area | after, by mass")?;
-    let light = lit.light.on_octahedron(SIDE, 4, |world| world);
+    let light = lit.light.on_octahedron(SIDE, 4);
     let bsdf = Bsdf::new(&Material::ggx(0.5), &tilted());
     let brdf: Vec<f32> = (0..SIDE * SIDE).map(|i| bsdf.eval_one(middle(i, SIDE)).0).collect();
     let (light_tree, brdf_tree) = (Tree::new(DEPTH, 0.0, &light)?, Tree::new(DEPTH, 0.0, &brdf)?);

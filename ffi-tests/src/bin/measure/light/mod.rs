@@ -13,7 +13,6 @@ use std::path::{Path, PathBuf};
 use wis_ffi_tests::client::Density;
 use wis_ffi_tests::data;
 use wis_ffi_tests::environment;
-use wis_ffi_tests::layout::Layout;
 use wis_ffi_tests::light::Light;
 use wis_ffi_tests::piecewise::Piecewise;
 
@@ -72,9 +71,7 @@ fn lights() -> Result<Vec<Light>> {
     files.sort();
     let mut lights = Vec::new();
     for file in files {
-        let light = Light::load(&file)?;
-        // No client interpolates light probes: their light is taken as a lat-long map.
-        lights.push(if light.layout() == Layout::Angular { light.to_latlong(512) } else { light });
+        lights.push(Light::load(&file)?);
     }
     lights.extend([Light::room(1024), Light::field(1024)]);
     lights.extend(suns(512));

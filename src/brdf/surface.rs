@@ -276,49 +276,45 @@ impl Surface {
         F::apart(Eval { surface: self, wi })
     }
 
-    /// The luminance of BRDF x cosine in many directions, but for [`Surface::finish`]. Lobe by lobe: what is read of one, and the branch to its
-    /// kind, are half of what a register of directions takes.
+    /// The luminance of BRDF x cosine in many directions, times `scale`; below the horizon of a hemisphere it goes on with negative sign, as if
+    /// mirrored. Lobe by lobe: what is read of one, and the branch to its kind, are half of what a register of directions takes.
     #[inline(always)]
-    pub fn values<F: Num, L: Local<F>>(&self, d: [&[L::Given]; 3], out: &mut [f32], local: &L) {
-        let (zero, whole) = (F::splat(0.0), self.whole);
-        let upper = |d: [&[L::Given]; 3]| {
-            let [x, y, z] = local.local(d);
-            [x, y, if whole { z } else { z.abs() }]
-        };
-        let none = if self.count == 0 { 1.0 } else { 0.0 };
-        replace(d, out, |_: F, _| F::splat(none));
+    pub fn values<F: Num, L: Local<F>>(&self, d: [&[L::Given]; 3], out: &mut [f32], local: &L, scale: [f32; 2]) {
+        let zero = F::splat(0.0);
+        let mut all = Values { surface: self, local, scale, d, out, first: true, last: self.count <= 1 };
+        if self.count == 0 {
+            all.add(|_: [F; 3]| F::splat(1.0));
+        }
         // Copies: what is written must not be what is read here, or it would be read for each register again.
-        for &lobe in self.lobes() {
+        for (index, &lobe) in self.lobes().enumerate() {
+            (all.first, all.last) = (index == 0, index + 1 == self.count);
             let constant = F::splat(lobe.fresnel[0]);
             match &lobe.shape {
-                LobeShape::Lambert(side) => replace(d, out, |sum: F, d| {
-                    let [.., z] = upper(d);
-                    sum + F::only(zero.lt(z * *side), constant * FRAC_1_PI)
+                LobeShape::Lambert(side) => {
+                    all.add(|[.., z]: [F; 3]| F::only(zero.lt(z * *side), constant * FRAC_1_PI));
+                }
+                LobeShape::Ggx(ggx) => all.add(|wi: [F; 3]| {
+                    let response = ggx.reflect(wi);
+                    response.value * lobe.schlick(response.cosine)
                 }),
-                LobeShape::Ggx(ggx) => replace(d, out, |sum: F, d| {
-                    let response = ggx.reflect(upper(d));
-                    sum + response.value * lobe.schlick(response.cosine)
+                LobeShape::GgxTransmission(ggx, eta) => all.add(|wi: [F; 3]| {
+                    let response = ggx.transmit(wi, *eta);
+                    response.value * lobe.schlick(response.cosine)
                 }),
-                LobeShape::GgxTransmission(ggx, eta) => replace(d, out, |sum: F, d| {
-                    let response = ggx.transmit(upper(d), *eta);
-                    sum + response.value * lobe.schlick(response.cosine)
-                }),
-                LobeShape::Phong(phong) => replace(d, out, |sum: F, d| {
-                    let wi = upper(d);
-                    sum + F::only(zero.lt(wi[2]), constant * phong.norm() * phong.power(wi))
-                }),
-                LobeShape::PhongFromBelow(drawn) => replace(d, out, |sum: F, d| {
-                    let (wi, [x, y, z]) = (upper(d), self.wo);
-                    sum + F::only(zero.lt(wi[2]), constant * drawn.norm() * drawn.power_about([-x, -y, z], wi))
+                LobeShape::Phong(phong) => {
+                    all.add(|wi: [F; 3]| F::only(zero.lt(wi[2]), constant * phong.norm() * phong.power(wi)));
+                }
+                LobeShape::PhongFromBelow(drawn) => all.add(|wi: [F; 3]| {
+                    let [x, y, z] = self.wo;
+                    F::only(zero.lt(wi[2]), constant * drawn.norm() * drawn.power_about([-x, -y, z], wi))
                 }),
             }
         }
     }
 
-    /// The luminance of BRDF x cosine in local directions for what [`Surface::values`] answers; below the horizon of a hemisphere it goes on
-    /// with negative sign, as if mirrored.
+    /// The luminance of BRDF x cosine in local directions for what lobes sum up to.
     #[inline(always)]
-    pub fn finish<F: Num>(&self, sum: F, [.., z]: [F; 3]) -> F {
+    fn finish<F: Num>(&self, sum: F, [.., z]: [F; 3]) -> F {
         let cosine = if self.cosine_included { F::splat(1.0) } else { z.abs() };
         let value = (sum * cosine).min(F::splat(f32::MAX));
         if self.whole { value } else { value.copysign(z) }
@@ -436,6 +432,36 @@ pub fn replace<F: Num, T>([x, y, z]: [&[T]; 3], out: &mut [f32], value: impl Fn(
     let directions = x.chunks_exact(F::WIDTH).zip(y.chunks_exact(F::WIDTH)).zip(z.chunks_exact(F::WIDTH));
     for (((x, y), z), out) in directions.zip(out.chunks_exact_mut(F::WIDTH)) {
         value(F::read(out), [x, y, z]).write(out, 0);
+    }
+}
+
+/// [`Surface::values`], while lobes are added.
+struct Values<'a, L, T> {
+    surface: &'a Surface,
+    local: &'a L,
+    scale: [f32; 2],
+    d: [&'a [T]; 3],
+    out: &'a mut [f32],
+    /// Whether nothing was added so far, and whether nothing will be.
+    first: bool,
+    last: bool,
+}
+
+impl<L, T> Values<'_, L, T> {
+    /// Adds values of a lobe in directions on the upper side.
+    #[inline(always)]
+    fn add<F: Num>(&mut self, value: impl Fn([F; 3]) -> F)
+    where
+        L: Local<F, Given = T>,
+    {
+        let Values { surface, local, scale, d, out, first, last } = self;
+        replace(*d, out, |sum: F, d| {
+            let wi = local.local(d);
+            let [x, y, z] = wi;
+            let own = value([x, y, if surface.whole { z } else { z.abs() }]);
+            let sum = if *first { own } else { sum + own };
+            if *last { surface.finish(sum, wi) * scale[0] * scale[1] } else { sum }
+        });
     }
 }
 

@@ -267,8 +267,15 @@ pub fn mean([upper, lower]: [u32; 2]) -> f32 {
     (a + b + c + d) * 0.25
 }
 
-fn running([a, b, c, d]: Quad) -> Quad {
+#[inline(always)]
+fn running<F: Num>([a, b, c, d]: [F; 4]) -> [F; 4] {
     [a, a + b, a + b + c, a + b + c + d]
+}
+
+/// Columns of four rows of lanes, as they are stored.
+#[inline(always)]
+fn turned(rows: [Four; 4]) -> [Quad; 4] {
+    Four::rows(&rows.map(Four::store), Four::counted()).map(Four::store)
 }
 
 /// Writes running sums of the weights of all cells, which a sample searches and nobody normalises. Answers their sum.
@@ -276,10 +283,11 @@ pub fn write_tops(weights: &[f32], grid: [u32; 2], tops_out: &mut [Quad]) -> f32
     let [rows, quads, _] = tops(grid);
     let (of_rows, rest) = tops_out.split_at_mut_checked(rows).unwrap_or_default();
     let (of_quads, of_cells) = rest.split_at_mut_checked(quads).unwrap_or_default();
-    // One after the other, not in lanes: a cell without weight must end where it begins.
-    let weights: &[Quad] = bytemuck::try_cast_slice(weights).unwrap_or(&[]);
-    for (out, &weights) in of_cells.iter_mut().zip(weights) {
-        *out = running(weights);
+    // Four quads side by side, each one after the other: a cell without weight must end where it begins.
+    let weights: &[[Quad; 4]] = bytemuck::try_cast_slice(weights).unwrap_or(&[]);
+    let of_four: &mut [[Quad; 4]] = bytemuck::try_cast_slice_mut(of_cells).unwrap_or_default();
+    for (out, weights) in of_four.iter_mut().zip(weights) {
+        *out = turned(running(Four::rows(weights, Four::counted())));
     }
     let mut total = 0.0;
     if of_quads.is_empty() {
@@ -311,9 +319,7 @@ pub fn sum_parts(means: &[f32; MIDDLES], borders: &Borders, [of_rows, of_parts @
         sum = sum + *end * width;
         *end = sum;
     }
-    let [a, b, c, d] =
-        Four::rows(&[ends[0].store(), ends[1].store(), ends[2].store(), ends[3].store()], Four::counted());
-    *of_parts = [a.store(), b.store(), c.store(), d.store()];
+    *of_parts = turned(ends);
     let mut total = 0.0;
     let heights = widths(rows.first_chunk().copied().unwrap_or_default());
     for ((end, height), sum) in of_rows.iter_mut().zip(heights).zip(sum.store()) {

@@ -40,8 +40,8 @@ fn values_are_those_of_the_formulas() {
                 let wi = [level * turn.cos(), level * turn.sin(), z];
                 let expected = brdfs::sum(&[Lobe { shape: shape(kind), weight: 1.0, f0: 0.04 }], false, wo, wi);
                 let (wi_of, mut sum) = (single(wi), [f32::NAN]);
-                surface.values(wi_of.each_ref().map(core::slice::from_ref), &mut sum, &Own);
-                let of_lobes = surface.finish(sum[0], wi_of);
+                surface.values(wi_of.each_ref().map(core::slice::from_ref), &mut sum, &Own, [1.0; 2]);
+                let [of_lobes] = sum;
                 assert_eq!(of_lobes, surface.eval::<f32>(wi_of).0, "{kind:?} {eta} {wi:?}");
                 let found = f64::from(of_lobes);
                 assert!(

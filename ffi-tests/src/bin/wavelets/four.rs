@@ -35,43 +35,6 @@ const EQUAL: f64 = 1.1;
 /// How many times as fast it is in the paper.
 const FASTER: f64 = 2.1;
 
-/// The light on the faces of a cube, for quick look-ups.
-struct Cube {
-    pixels: Vec<f32>,
-}
-
-/// Pixels along an edge of the cube.
-const EDGE: usize = 256;
-
-impl Cube {
-    fn new(light: &Light) -> Cube {
-        let at = |i: usize| (2 * i + 1) as f32 / EDGE as f32 - 1.0;
-        let pixel = |k: usize| {
-            let (face, s, t) = (k / (EDGE * EDGE), at(k / EDGE % EDGE), at(k % EDGE));
-            let sign = if face % 2 == 0 { 1.0 } else { -1.0 };
-            let d = [Vec3::new(sign, s, t), Vec3::new(t, sign, s), Vec3::new(s, t, sign)][face / 2];
-            light.radiance(d.normalize())
-        };
-        let all = (0..6 * EDGE * EDGE).map(pixel);
-        Cube { pixels: all.collect() }
-    }
-
-    /// The pixel that a direction meets.
-    fn at(&self, d: Vec3) -> f32 {
-        let [x, y, z] = d.abs().to_array();
-        let (face, major, s, t) = if x >= y && x >= z {
-            (0, d.x, d.y, d.z)
-        } else if y >= z {
-            (2, d.y, d.z, d.x)
-        } else {
-            (4, d.z, d.x, d.y)
-        };
-        let scale = 0.5 * EDGE as f32 / major.abs();
-        let cell = |c: f32| ((c * scale + 0.5 * EDGE as f32) as usize).min(EDGE - 1);
-        self.pixels[((face + usize::from(major < 0.0)) * EDGE + cell(s)) * EDGE + cell(t)]
-    }
-}
-
 /// The pre-process: points by their keys, and the integral for each cell of reflected directions.
 struct Table {
     /// Of the tree of the product.
@@ -88,7 +51,7 @@ fn lobe(cosine: f32) -> f32 {
 }
 
 impl Table {
-    fn new(map: &Cube, count: usize) -> Result<Table> {
+    fn new(map: &Light, count: usize) -> Result<Table> {
         let cells = SIDE * SIDE;
         let frames: Vec<_> = (0..cells).map(|a| frame(middle(a, SIDE))).collect();
         // Places in each cell of the direction of the light, which stands first: the lobe has these two axes.
@@ -102,7 +65,7 @@ impl Table {
         let mut turned = Vec::with_capacity(cells * cells);
         for b in 0..cells {
             let local: Vec<Vec3> = places(b).collect();
-            turned.extend(frames.iter().map(|frame| mean(local.iter().map(|wi| map.at(*frame * *wi)).sum())));
+            turned.extend(frames.iter().map(|frame| mean(local.iter().map(|wi| map.radiance(*frame * *wi)).sum())));
         }
         let lobes: Vec<f32> = (0..cells).map(|b| mean(places(b).map(|wi| lobe(wi.z)).sum())).collect();
         let light = Tree::of(4, DEPTH, 0.0, &turned)?;
@@ -173,7 +136,7 @@ pub fn write(page: &mut Paper, _: &Lit) -> Result<()> {
     let lit = Lit::load("galileo_cross.hdr")?;
     let scene = data::scene("dragon_vrip_res3.ply", View::Image(STEP))?;
     let start = processor::seconds();
-    let table = Table::new(&Cube::new(&lit.light), WARPED)?;
+    let table = Table::new(&lit.light, WARPED)?;
     let seconds = processor::seconds() - start;
     let on_the_fly = |count: usize, pass: u32| -> Result<(Vec<f64>, f64)> {
         let (mut u, mut seconds, mut values) = (vec![[0.0; 2]; count], 0.0, Vec::new());

@@ -1,8 +1,8 @@
 //! Rooms, with and without portals, beside what a renderer may do in them.
 
-mod cache;
 mod page;
 mod passes;
+mod renderer;
 mod seen;
 mod several;
 

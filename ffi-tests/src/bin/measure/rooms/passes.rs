@@ -1,15 +1,12 @@
 //! Images in passes of one ray at a hit, with a visibility cache, with portals, and with both: in the open, and in a room with one window.
 
-use super::cache::Cache;
+use super::renderer::Renderer;
 use super::several::REFERENCES;
 use anyhow::{Result, ensure};
-use glam::Vec3;
 use std::path::Path;
-use wis_ffi_tests::client::{pixel_seed, raw};
 use wis_ffi_tests::cost::MODELS;
-use wis_ffi_tests::environment::{Sampler, material};
 use wis_ffi_tests::light::Light;
-use wis_ffi_tests::material::{Bsdf, Material};
+use wis_ffi_tests::material::Material;
 use wis_ffi_tests::measure::{Errors, FEW, REGIONS, Truth};
 use wis_ffi_tests::reference::Reference;
 use wis_ffi_tests::scene::{Scene, Stage, View, WINDOW};
@@ -100,44 +97,17 @@ pub fn measured(lights: &[Light], quick: bool) -> Result<Vec<Passes>> {
 }
 
 /// The image of all passes but the first, and the nanoseconds for a point and a pass, with or without a cache and portals.
-fn passes(scene: &Scene, setting: &Setting, [with, portals]: [bool; 2]) -> Result<(Vec<f64>, f64)> {
-    let made = material(&setting.material.lobes())?;
-    let (mut sampler, mut cache) = (Sampler::new(1, 0, 0)?, Cache::new()?);
-    let mut image = vec![0.0; scene.points.len()];
-    let mut begin = 0.0;
+fn passes(scene: &Scene, setting: &Setting, with: [bool; 2]) -> Result<(Vec<f64>, f64)> {
+    let (mut renderer, mut image, mut begin) = (Renderer::new(setting, with, 1)?, vec![0.0; scene.points.len()], 0.0);
     for pass in 0..PASSES {
         if pass == 1 {
             begin = 1e9 * processor::seconds();
         }
         for (place, pixel) in scene.points.iter().zip(&mut image) {
-            let bsdf = Bsdf::new(setting.material, place);
-            let mut point = setting.material.point(place, &made);
-            (point.seed, point.sample) = (pixel_seed(place.pixel, 0), pass);
-            if with {
-                cache.lend(place, &mut point)?;
-            }
-            let here: Vec<_> = scene.portals.iter().map(|portal| portal.at(place.origin)).collect();
-            if portals {
-                (point.portals, point.portal_count) = (here.as_ptr(), here.len() as u32);
-            }
-            let mut rays = [raw::wis_ray::default()];
-            let count = sampler.direct(setting.tables, &point, &mut rays)?;
-            for ray in &rays[..count] {
-                let wi = Vec3::from(ray.wi);
-                setting.cost.evaluate(1);
-                let reflected = bsdf.eval_one(wi).0 * setting.light.radiance(wi) * ray.weight;
-                let reached = scene.visible_at(setting.cost, place, wi);
-                if with {
-                    cache.record(&point, &ray.wi, reached)?;
-                }
-                if reached && pass > 0 {
-                    *pixel += f64::from(reflected) / f64::from(PASSES - 1);
-                }
-            }
+            let reflected = renderer.call(scene, setting, place, (0, pass))?;
+            *pixel += if pass > 0 { reflected / f64::from(PASSES - 1) } else { 0.0 };
         }
-        if with {
-            cache.end_pass()?;
-        }
+        renderer.end_pass()?;
     }
     let points = (scene.points.len() * (PASSES as usize - 1)) as f64;
     Ok((image, (1e9 * processor::seconds() - begin) / points))

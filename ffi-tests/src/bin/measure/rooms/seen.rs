@@ -1,14 +1,10 @@
 //! Rooms without portals whose visibility a cache has learnt, beside calls without a cache and MIS. Passes over an image teach the cache;
 //! then calls of other seeds are judged one by one, so that MIS needs no passes of its own.
 
-use super::cache::Cache;
+use super::renderer::Renderer;
 use anyhow::Result;
-use glam::Vec3;
-use wis_ffi_tests::client::{pixel_seed, raw};
 use wis_ffi_tests::cost::MODELS;
-use wis_ffi_tests::environment::{Sampler, material};
 use wis_ffi_tests::estimator::Estimator;
-use wis_ffi_tests::material::Bsdf;
 use wis_ffi_tests::measure::Truth;
 use wis_ffi_tests::method::Method;
 use wis_ffi_tests::peers::Peer;
@@ -46,9 +42,14 @@ pub fn measured(scene: &Scene, taught: &Scene, setting: &Setting, truth: &Truth)
             let picks = estimator.picks(Method::Peer(Peer::MisBalance), setting, place, repeat, rays)?;
             Ok(shadowed_and_not(scene, setting.cost, place, picks)[0])
         };
-        let mut bare = Renderer::new(setting, None, rays)?;
-        let mut learnt = Renderer::new(setting, Some(Cache::new()?), rays)?;
-        learnt.learn(setting, scene, taught)?;
+        let mut bare = Renderer::new(setting, [false, false], rays)?;
+        let mut learnt = Renderer::new(setting, [true, false], rays)?;
+        for pass in 0..PASSES {
+            for place in taught.points.iter().chain(&scene.points) {
+                learnt.call(scene, setting, place, (0, pass))?;
+            }
+            learnt.end_pass()?;
+        }
         let repeats = REPEATS[number];
         let found = [
             judged(scene, setting, truth, repeats, mis)?,
@@ -88,59 +89,4 @@ fn judged(
         }
     }
     Ok((errors, times))
-}
-
-/// What calls wis_direct, and perhaps tells a cache what rays saw.
-struct Renderer {
-    sampler: Sampler,
-    material: raw::wis_material,
-    cache: Option<Cache>,
-    rays: Vec<raw::wis_ray>,
-}
-
-impl Renderer {
-    fn new(setting: &Setting, cache: Option<Cache>, rays: usize) -> Result<Renderer> {
-        let (sampler, material) = (Sampler::new(rays, 0, 0)?, material(&setting.material.lobes())?);
-        Ok(Renderer { sampler, material, cache, rays: vec![raw::wis_ray::default(); rays] })
-    }
-
-    fn learn(&mut self, setting: &Setting, scene: &Scene, taught: &Scene) -> Result<()> {
-        for pass in 0..PASSES {
-            for place in taught.points.iter().chain(&scene.points) {
-                self.call(scene, setting, place, (0, pass))?;
-            }
-            self.cache.as_mut().map_or(Ok(()), Cache::end_pass)?;
-        }
-        Ok(())
-    }
-
-    /// What a point reflects, by rays of a seed and a sample.
-    fn call(
-        &mut self,
-        scene: &Scene,
-        setting: &Setting,
-        place: &ShadingPoint,
-        (seed, sample): (u32, u32),
-    ) -> Result<f64> {
-        let Renderer { sampler, material, cache, rays } = self;
-        let bsdf = Bsdf::new(setting.material, place);
-        let mut point = setting.material.point(place, material);
-        (point.seed, point.sample) = (pixel_seed(place.pixel, seed), sample);
-        if let Some(cache) = cache {
-            cache.lend(place, &mut point)?;
-        }
-        let count = sampler.direct(setting.tables, &point, rays)?;
-        let mut sum = 0.0;
-        for ray in &rays[..count] {
-            let wi = Vec3::from(ray.wi);
-            setting.cost.evaluate(1);
-            let reflected = bsdf.eval_one(wi).0 * setting.light.radiance(wi) * ray.weight;
-            let reached = scene.visible_at(setting.cost, place, wi);
-            if let Some(cache) = cache {
-                cache.record(&point, &ray.wi, reached)?;
-            }
-            sum += if reached { f64::from(reflected) } else { 0.0 };
-        }
-        Ok(sum)
-    }
 }

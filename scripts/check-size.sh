@@ -20,15 +20,18 @@ static-rays     128000 119000 113448
 
 text() { size -A "$1" | awk '$1 == ".text" { print $2 }'; }
 
-make --no-print-directory lib FEATURES= BUILD="$out/renderer" > "$out/renderer.log" 2>&1 || { cat "$out/renderer.log"; exit 1; }
-# What only other parts use belongs to them.
-if grep '^warning' "$out/renderer.log"; then exit 1; fi
+# library NAME VARIABLES OF make...: what only other parts use belongs to them, so that no warning is left.
+library() {
+    name=$1
+    shift
+    make --no-print-directory lib FEATURES= "$@" BUILD="$out/$name" > "$out/$name.log" 2>&1 || { cat "$out/$name.log"; exit 1; }
+    if grep '^warning' "$out/$name.log"; then exit 1; fi
+}
+library renderer
 # The same as it is shipped with a renderer: without the calls that are made while it is written.
-make --no-print-directory lib FEATURES= CHECKS= BUILD="$out/shipped" > "$out/shipped.log" 2>&1 || { cat "$out/shipped.log"; exit 1; }
-if grep '^warning' "$out/shipped.log"; then exit 1; fi
+library shipped CHECKS=
 # Rays alone, at the width of every processor.
-make --no-print-directory lib FEATURES= PRODUCTS= CHECKS= LEVELS= BUILD="$out/rays" > "$out/rays.log" 2>&1 || { cat "$out/rays.log"; exit 1; }
-if grep '^warning' "$out/rays.log"; then exit 1; fi
+library rays PRODUCTS= CHECKS= LEVELS=
 # program NAME LIBRARY: built, and run
 program() {
     cc -std=c99 -O2 -Iinclude -ffunction-sections -Wl,--gc-sections c-examples/minimal.c "$2/libwis.a" -o "$out/$1"
@@ -40,21 +43,17 @@ echo "$seen"
 
 measured() {
     case $1 in
-        renderer-shared) text "$(readlink -f "$out/renderer/lib/libwis.so")" ;;
-        shipped-shared) text "$(readlink -f "$out/shipped/lib/libwis.so")" ;;
-        rays-shared) text "$(readlink -f "$out/rays/lib/libwis.so")" ;;
         whole-shared) text "$(readlink -f "$whole/libwis.so")" ;;
         static-minimal) text "$out/minimal" ;;
         static-rays) text "$out/minimal-rays" ;;
+        *) text "$(readlink -f "$out/${1%-shared}/lib/libwis.so")" ;;
     esac
 }
 
 grown=0
 printf '%-16s %8s %8s %8s\n' .text bytes goal recorded
-for name in renderer-shared shipped-shared rays-shared whole-shared static-minimal static-rays; do
-    read -r goal most recorded << END
-$(echo "$goals" | awk -v name="$name" '$1 == name { print $2, $3, $4 }')
-END
+while read -r name goal most recorded; do
+    [ -n "$name" ] || continue
     bytes=$(measured "$name")
     verdict=""
     [ "$bytes" -le "$goal" ] || verdict="above its goal"
@@ -63,5 +62,7 @@ END
         grown=$((grown + 1))
     fi
     printf '%-16s %8d %8d %8d %s\n' "$name" "$bytes" "$goal" "$recorded" "$verdict"
-done
+done << END
+$goals
+END
 [ "$grown" = 0 ]

@@ -47,27 +47,21 @@ install_staged() {
 
 # Twins in C++ and Rust must print what the C programs print.
 minimal() {
-    make --no-print-directory "$build/minimal" "$build/minimal-cpp" "$build/wavelets" "$build/wavelets-cpp" BUILD="$build" &&
-        "$build/minimal" > "$logs/minimal.txt" && "$build/minimal-cpp" > "$logs/minimal-cpp.txt" &&
-        "$examples/minimal" > "$logs/minimal-rs.txt" && cat "$logs/minimal.txt" &&
-        diff "$logs/minimal.txt" "$logs/minimal-cpp.txt" && diff "$logs/minimal.txt" "$logs/minimal-rs.txt" &&
-        "$build/wavelets" > "$logs/wavelets.txt" && "$build/wavelets-cpp" > "$logs/wavelets-cpp.txt" &&
-        diff "$logs/wavelets.txt" "$logs/wavelets-cpp.txt" &&
-        make --no-print-directory "$build/first" BUILD="$build" &&
+    for name in minimal wavelets pathtracer-small; do
+        make --no-print-directory "$build/$name" "$build/$name-cpp" BUILD="$build" &&
+            "$build/$name" > "$logs/$name.txt" && cat "$logs/$name.txt" &&
+            "$build/$name-cpp" > "$logs/$name-cpp.txt" && diff "$logs/$name.txt" "$logs/$name-cpp.txt" || return 1
+    done
+    "$examples/minimal" | diff "$logs/minimal.txt" - && "$examples/pathtracer" | diff "$logs/pathtracer-small.txt" - &&
+        make --no-print-directory "$build/first" "$build/pathtracer" BUILD="$build" &&
         (cd "$logs" && rm -f first.pgm && "$build/first" && [ -s first.pgm ]) &&
-        make --no-print-directory "$build/pathtracer-small" "$build/pathtracer-small-cpp" BUILD="$build" &&
-        "$build/pathtracer-small" > "$logs/pathtracer.txt" && cat "$logs/pathtracer.txt" &&
-        "$build/pathtracer-small-cpp" > "$logs/pathtracer-cpp.txt" && diff "$logs/pathtracer.txt" "$logs/pathtracer-cpp.txt" &&
-        "$examples/pathtracer" > "$logs/pathtracer-rs.txt" &&
-        diff "$logs/pathtracer.txt" "$logs/pathtracer-rs.txt" &&
-        make --no-print-directory "$build/pathtracer" BUILD="$build" &&
         "$build/pathtracer" --width 8 --height 4 --most 4 --repeats 1 --reference 4 > /dev/null
 }
 
 minimal_valgrind() {
-    valgrind --quiet --error-exitcode=1 --leak-check=full "$build/minimal" &&
-        valgrind --quiet --error-exitcode=1 --leak-check=full "$build/minimal-cpp" &&
-        valgrind --quiet --error-exitcode=1 --leak-check=full "$build/wavelets"
+    for name in minimal minimal-cpp wavelets; do
+        valgrind --quiet --error-exitcode=1 --leak-check=full "$build/$name" || return 1
+    done
 }
 
 demo() {
@@ -104,25 +98,6 @@ instruments() {
 # Their own tests link the shared library.
 test_instruments() {
     linted instruments scripts/instruments.sh "$installed/lib" test --lib --bins
-}
-
-# In the installed library, as a client has it.
-hardcases() {
-    instruments run --bin hardcases -- docs/measurements/hard-cases.md --check
-}
-
-# Its times mean nothing on a machine that is busy; that it runs and that its errors fall does.
-report_quick() {
-    instruments run --bin measure -- report --quick --out "$logs/report" --cache "$logs/report-cache"
-}
-
-# Few samples: fails if the light misses a goal by far.
-light_quick() {
-    instruments run --bin measure -- light --quick "$logs/light.md"
-}
-
-rooms_quick() {
-    instruments run --bin measure -- rooms "$logs/rooms.md" --quick
 }
 
 # The packages that this takes are another architecture's: it runs where they are.
@@ -170,10 +145,12 @@ library() {
     step python scripts/test-python.sh "$build" "$installed"
     step instruments test_instruments
     step fuzz scripts/fuzz.sh "$installed/lib" 0.5 1
-    step hardcases hardcases
-    step report-quick report_quick
-    step light-quick light_quick
-    step rooms-quick rooms_quick
+    # In the installed library, as a client has it.
+    step hardcases instruments run --bin hardcases -- docs/measurements/hard-cases.md --check
+    # Times mean nothing on a machine that is busy; that instruments run, that errors fall and that the light misses no goal by far does.
+    step report-quick instruments run --bin measure -- report --quick --out "$logs/report" --cache "$logs/report-cache"
+    step light-quick instruments run --bin measure -- light --quick "$logs/light.md"
+    step rooms-quick instruments run --bin measure -- rooms --quick "$logs/rooms.md"
 }
 
 # Side by side, for two cores.

@@ -22,20 +22,14 @@ static uint64_t chunk(wis_sampler *sampler, work_memory *memory, uint32_t number
     static _Thread_local float u[SAMPLES][2], pdf[SAMPLES];
     static _Thread_local wis_drawn drawn[SAMPLES];
     const wis_product *product = (const wis_product *)memory->product;
-    wis_product_config config = {sizeof config, 0, 0, 0.0f};
-    wis_material material = {sizeof material, 1, {{WIS_LOBE_GGX, 0.2f, 0.2f, 0.0f}}, 0};
-    wis_point point;
+    wis_material material = {.size = sizeof material, .lobe_count = 1, .lobe = {{WIS_LOBE_GGX, 0.2f, 0.2f, 0.0f}}};
+    wis_point point = {.size = sizeof point, .material = &material, .weight = {{1, 1, 1}}, .seed = number};
     size_t offset = 0, used = 0;
-    memset(&point, 0, sizeof point);
-    point.size = sizeof point;
-    point.material = &material;
     point.normal[number % 3] = 1.0f;
     point.wo[number % 3] = 0.8f;
     point.wo[(number + 1) % 3] = 0.6f;
-    point.weight[0][0] = point.weight[0][1] = point.weight[0][2] = 1.0f;
-    point.seed = number;
     if (wis_material_init(&material, NULL) != WIS_OK || wis_points_sobol(number, 0, SAMPLES, &u[0][0], 0) != WIS_OK ||
-        wis_product_prepare(sampler, environment, &config, 1, &point, memory->product, memory->product_size.bytes, &offset,
+        wis_product_prepare(sampler, environment, &work_preparing, 1, &point, memory->product, memory->product_size.bytes, &offset,
                             &used) != WIS_OK)
         return 0;
     uint64_t hash = work_hash(14695981039346656037u, &number, sizeof number);
@@ -64,13 +58,9 @@ static uint64_t chunk(wis_sampler *sampler, work_memory *memory, uint32_t number
 static void *work(void *unused) {
     work_memory memory;
     wis_sampler *sampler = NULL;
-    wis_sampler_config config;
     (void)unused;
     memset(&memory, 0, sizeof memory);
-    memset(&config, 0, sizeof config);
-    config.size = sizeof config;
-    if (!work_allocate(&wis, &memory) ||
-        wis_sampler_init(&config, memory.sampler, memory.sampler_size.bytes, &sampler, NULL) != WIS_OK) {
+    if (!work_allocate(&wis, &memory) || !(sampler = work_sampler(&wis, &memory))) {
         failed = 1;
         return NULL;
     }

@@ -30,32 +30,17 @@ static void work_paint(void) {
     work_map[6][9] = 5000.0f;
 }
 
-static wis_environment_config work_light(void) {
-    wis_environment_config config;
-    memset(&config, 0, sizeof config);
-    config.size = sizeof config;
-    config.layout = WIS_LAYOUT_LATLONG;
-    config.width = WORK_WIDTH;
-    config.height = WORK_HEIGHT;
-    config.channels = 1;
-    config.format = WIS_FORMAT_F32;
-    config.filter = WIS_FILTER_NEAREST;
-    config.pixels = work_map;
-    return config;
-}
+static const wis_environment_config work_light = {
+    .size = sizeof(wis_environment_config), .layout = WIS_LAYOUT_LATLONG, .width = WORK_WIDTH, .height = WORK_HEIGHT, .channels = 1,
+    .format = WIS_FORMAT_F32, .filter = WIS_FILTER_NEAREST, .pixels = work_map};
+static const wis_sampler_config work_sampling = {.size = sizeof(wis_sampler_config)};
+static const wis_product_config work_preparing = {.size = sizeof(wis_product_config)};
 
 /* The sizes of the blocks; 0 if a call failed. */
 static int work_measure(const work_library *wis, work_memory *memory) {
-    const wis_environment_config light = work_light();
-    wis_sampler_config sampler;
-    wis_product_config product;
-    memset(&sampler, 0, sizeof sampler);
-    memset(&product, 0, sizeof product);
-    sampler.size = sizeof sampler;
-    product.size = sizeof product;
-    return wis->wis_environment_size(&light, &memory->environment_size, NULL) == WIS_OK &&
-           wis->wis_sampler_size(&sampler, &memory->sampler_size, NULL) == WIS_OK &&
-           wis->wis_product_size(&product, &memory->product_size, NULL) == WIS_OK;
+    return wis->wis_environment_size(&work_light, &memory->environment_size, NULL) == WIS_OK &&
+           wis->wis_sampler_size(&work_sampling, &memory->sampler_size, NULL) == WIS_OK &&
+           wis->wis_product_size(&work_preparing, &memory->product_size, NULL) == WIS_OK;
 }
 
 static inline int work_allocate(const work_library *wis, work_memory *memory) {
@@ -89,42 +74,29 @@ static inline int work_white(void *user, size_t count, const float *wi, float *r
 }
 
 static const wis_environment *work_build(const work_library *wis, work_memory *memory) {
-    const wis_environment_config light = work_light();
     const wis_environment *environment = NULL;
-    (void)wis->wis_environment_init(&light, memory->environment, memory->environment_size.bytes, memory->scratch,
+    (void)wis->wis_environment_init(&work_light, memory->environment, memory->environment_size.bytes, memory->scratch,
                                     memory->environment_size.scratch_bytes, &environment, NULL);
     return environment;
 }
 
+/* The sampler of a block, or null. */
+static inline wis_sampler *work_sampler(const work_library *wis, work_memory *memory) {
+    wis_sampler *sampler = NULL;
+    (void)wis->wis_sampler_init(&work_sampling, memory->sampler, memory->sampler_size.bytes, &sampler, NULL);
+    return sampler;
+}
+
 /* What a renderer does at hits, with an environment that any copy of the library built; 0: a call failed. */
 static uint64_t work_render(const work_library *wis, const wis_environment *environment, work_memory *memory) {
-    wis_sampler_config config;
-    wis_material material;
-    wis_point point;
-    wis_product_config product_config;
-    wis_sampler *sampler = NULL;
+    wis_material material = {.size = sizeof material, .lobe_count = 2,
+                             .lobe = {{.kind = WIS_LOBE_LAMBERT}, {.kind = WIS_LOBE_GGX, .a = 0.1f, .b = 0.1f}}};
+    wis_point point = {.size = sizeof point, .material = &material, .normal = {0, 0, 1}, .wo = {0.6f, 0, 0.8f},
+                       .weight = {{0.5f, 0.5f, 0.5f}, {0.5f, 0.5f, 0.5f}}, .f0 = {{0}, {0.04f, 0.04f, 0.04f}}};
+    wis_sampler *sampler = work_sampler(wis, memory);
     uint64_t hash = 14695981039346656037u;
-    memset(&config, 0, sizeof config);
-    memset(&material, 0, sizeof material);
-    memset(&point, 0, sizeof point);
-    memset(&product_config, 0, sizeof product_config);
-    config.size = sizeof config;
-    product_config.size = sizeof product_config;
-    if (wis->wis_sampler_init(&config, memory->sampler, memory->sampler_size.bytes, &sampler, NULL) != WIS_OK) return 0;
-    material.size = sizeof material;
-    material.lobe_count = 2;
-    material.lobe[0].kind = WIS_LOBE_LAMBERT;
-    material.lobe[1].kind = WIS_LOBE_GGX;
-    material.lobe[1].a = material.lobe[1].b = 0.1f;
-    if (wis->wis_material_init(&material, NULL) != WIS_OK) return 0;
-    point.size = sizeof point;
-    point.material = &material;
-    point.normal[2] = 1.0f;
-    point.wo[0] = 0.6f;
-    point.wo[2] = 0.8f;
-    for (int k = 0; k < 6; k++) point.weight[k / 3][k % 3] = 0.5f;
-    for (int k = 0; k < 3; k++) point.f0[1][k] = 0.04f;
-    if (wis->wis_sampler_begin_pixel(sampler) != WIS_OK) return 0;
+    if (!sampler || wis->wis_material_init(&material, NULL) != WIS_OK || wis->wis_sampler_begin_pixel(sampler) != WIS_OK)
+        return 0;
     for (uint32_t hit = 0; hit < WORK_HITS; hit++) {
         wis_ray ray[WORK_RAYS];
         uint32_t count = 0;
@@ -133,7 +105,7 @@ static uint64_t work_render(const work_library *wis, const wis_environment *envi
         hash = work_hash(hash, ray, count * sizeof ray[0]);
     }
     size_t offset = 0, used = 0;
-    if (wis->wis_product_prepare(sampler, environment, &product_config, 1, &point, memory->product, memory->product_size.bytes,
+    if (wis->wis_product_prepare(sampler, environment, &work_preparing, 1, &point, memory->product, memory->product_size.bytes,
                                  &offset, &used) != WIS_OK)
         return 0;
     const wis_product *product = (const wis_product *)memory->product;
@@ -153,19 +125,10 @@ static uint64_t work_render(const work_library *wis, const wis_environment *envi
 
 /* A comparison with a light that is not the one that was built: it needs more stack than a fiber has. */
 static inline int work_compare(const work_library *wis, const wis_environment *environment, work_memory *memory) {
-    wis_sampler_config config;
-    wis_sampler *sampler = NULL;
-    wis_check_config compared;
-    wis_check_info found;
-    memset(&config, 0, sizeof config);
-    memset(&compared, 0, sizeof compared);
-    memset(&found, 0, sizeof found);
-    config.size = sizeof config;
-    compared.size = sizeof compared;
-    compared.radiance = work_white;
-    found.size = sizeof found;
-    return wis->wis_sampler_init(&config, memory->sampler, memory->sampler_size.bytes, &sampler, NULL) == WIS_OK &&
-           wis->wis_check(sampler, environment, &compared, &found) == WIS_OK && found.cause == WIS_CAUSE_OTHER;
+    const wis_check_config compared = {.size = sizeof compared, .radiance = work_white};
+    wis_check_info found = {.size = sizeof found};
+    wis_sampler *sampler = work_sampler(wis, memory);
+    return sampler && wis->wis_check(sampler, environment, &compared, &found) == WIS_OK && found.cause == WIS_CAUSE_OTHER;
 }
 
 /* Everything, on the heap; 0: a call failed. */

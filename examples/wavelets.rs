@@ -6,7 +6,7 @@ use std::error::Error;
 use std::f64::consts::PI;
 use wis::blob::Size;
 use wis::points::sobol;
-use wis::sphere::{Frame, direction, square};
+use wis::sphere::{Frame, octahedral_direction, square};
 use wis::wavelets::combine::{add_in, multiply_in, product_size, sum_size};
 use wis::wavelets::pruned::Config;
 use wis::wavelets::rotated::Rotation;
@@ -54,7 +54,9 @@ fn slice(number: u32) -> Result<Vec<Block>, String> {
     let side = 1 << DEPTH;
     let centre = |k: u32| (k as f32 + 0.5) / side as f32;
     let values: Vec<f32> = (0..side * side)
-        .map(|k| 1e-4 + brdf_cosine(wo, frame.to_world(direction([centre(k / side), centre(k % side)]))))
+        .map(|k| {
+            1e-4 + brdf_cosine(wo, frame.to_world(octahedral_direction([centre(k / side), centre(k % side)])).into())
+        })
         .collect();
     let config = Config { dimensions: 2, depth: DEPTH, error_budget: BUDGET };
     build(config.size(), |memory, scratch| config.build_in(&values, 0, memory, scratch))
@@ -97,9 +99,9 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     // 6. Their directions, densities per steradian, and the way back.
     for (point, index) in points.chunks_exact(2).zip(index) {
-        let wi = frame.to_world(direction([point[0], point[1]]));
+        let wi = Vec3::from(frame.to_world(octahedral_direction([point[0], point[1]])));
         let pdf = f64::from(product.tree.pdf(point)) / (4.0 * PI);
-        let found = f64::from(product.tree.pdf(&square(frame.to_map(wi)))) / (4.0 * PI);
+        let found = f64::from(product.tree.pdf(&square(frame.to_map(wi.to_array()).into()))) / (4.0 * PI);
         let mut u = [0.0; 2];
         product.tree.invert(point, &mut u)?;
         println!("{index}: wi {wi:.4}  pdf {pdf:.4}  pdf(wi) {found:.4}  u ({:.4}, {:.4})", u[0], u[1]);

@@ -142,7 +142,7 @@ fn a_sun_of_one_texel_keeps_its_energy() {
                 }
                 // What the sun lost would lift the sky, and what it won would darken it. Two texels about it are not sky.
                 let to_tree = Frame::new(&frame).unwrap();
-                let local = to_tree.to_map(glam::Vec3::from_array(brightest.1.map(|x| x as f32)));
+                let local = glam::Vec3::from(to_tree.to_map(brightest.1.map(|x| x as f32)));
                 let far = 2.0 * PI / f64::from(height) + 1.5 * 4.0 / f64::from(1u32 << depth);
                 let sky: Vec<f64> = centres(depth)
                     .filter(|&at| f64::from(sphere::direction(at).dot(local)) < far.cos())

@@ -3,7 +3,6 @@
 //! Every mistake is a hypothesis about the point: with another wo, another alpha or another weight its lobes would be the client's
 //! BRDF. A hypothesis is named only if it leaves almost no difference: lobes that merely resemble a BRDF are no mistake.
 
-use super::ggx::sin_cos_whole;
 use super::material::{ALPHA_RANGE, MAX_LOBES, Material, Shape};
 use super::point::Point;
 use super::portal::Portal;
@@ -11,7 +10,7 @@ use super::surface::Surface;
 use crate::numeric::{luminance, max, sqrt};
 use crate::points::hammersley;
 use crate::simd::{Four, Num};
-use crate::sphere::{Frame, SPHERE, direction};
+use crate::sphere::{Frame, SPHERE, direction, sin_cos_quarters};
 use crate::status::{Error, Status};
 use bytemuck::{Pod, Zeroable};
 use core::ffi::CStr;
@@ -336,7 +335,7 @@ impl Compared<'_> {
         for (part, seen) in self.seen.chunks_mut(TOGETHER).enumerate() {
             let (mut wi, mut values) = ([[0.0; 3]; TOGETHER], [0.0; TOGETHER]);
             for (wi, seen) in wi.iter_mut().zip(seen.iter()) {
-                *wi = self.frame.to_world(Vec3::from_array(seen.wi)).to_array();
+                *wi = self.frame.to_world(seen.wi);
             }
             if !f_cos(&wi, &mut values) {
                 return Err(part * TOGETHER);
@@ -493,7 +492,7 @@ impl Compared<'_> {
     /// Tries a tangent that is rotated by a share of half a turn.
     #[inline(never)]
     fn rotate(&self, angle: f32, best: &mut (f32, Fit)) {
-        let (sine, cosine) = sin_cos_whole(0.5 * angle);
+        let (sine, cosine) = sin_cos_quarters(2.0 * angle);
         let along = Vec3::from_array(self.point.tangent);
         let across = Vec3::from_array(self.point.normal).cross(along);
         let tangent = (along * cosine + across * sine).to_array();

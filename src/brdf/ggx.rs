@@ -5,7 +5,7 @@
 
 use super::vector::dot;
 use crate::simd::Num;
-use crate::sphere::{azimuth, sin_cos_turns};
+use crate::sphere::{azimuth, sin_cos_quarters};
 use bytemuck::{Pod, Zeroable};
 use core::f32::consts::FRAC_1_PI;
 
@@ -197,7 +197,7 @@ impl Ggx {
         let (first, second) = ([y / level, -x / level, 0.0], [-x * z / level, -y * z / level, level]);
         let sine = eta;
         let on_rim = |k: u32| {
-            let (sin, cos) = sin_cos_whole((k % RIM) as f32 / RIM as f32);
+            let (sin, cos) = sin_cos_quarters((k % RIM) as f32 * 4.0 / RIM as f32);
             let at = |k: usize| least * self.wo[k] + sine * (cos * first[k] + sin * second[k]);
             self.numbers([at(0), at(1), Num::max(at(2), 0.0)])
         };
@@ -289,7 +289,7 @@ impl Ggx {
     #[inline(always)]
     fn unit_normal_of<F: Num>(&self, turn: F, rest: F) -> [F; 3] {
         let [sx, sy, sz] = self.stretched;
-        let (sine, cosine) = sin_cos_whole(turn);
+        let (sine, cosine) = sin_cos_quarters(turn * 4.0);
         let height = rest * (1.0 + sz);
         // 1 - (height - s_z)^2, without the difference of two numbers near 1.
         let radius = ((F::splat(1.0 + sz) - height) * (height + (1.0 - sz))).max(F::splat(0.0)).sqrt();
@@ -304,7 +304,7 @@ impl Ggx {
     fn normal<F: Num>(&self, u: [F; 2]) -> ([F; 3], F) {
         let (zero, one) = (F::splat(0.0), F::splat(1.0));
         let [sx, sy, sz] = self.stretched;
-        let (sine, cosine) = sin_cos_whole(u[0]);
+        let (sine, cosine) = sin_cos_quarters(u[0] * 4.0);
         let z = (one - u[1]) * (1.0 + sz) - sz;
         let radius = (one - z * z).max(zero).sqrt();
         let [ax, ay] = self.alpha;
@@ -345,18 +345,4 @@ impl Ggx {
 #[inline(always)]
 fn finite<F: Num>(x: F) -> F {
     F::only(x.lt(F::splat(f32::MAX)), x)
-}
-
-/// Sine and cosine of `turns` of the whole circle, 0 to 1.
-#[inline(always)]
-pub fn sin_cos_whole<F: Num>(turns: F) -> (F, F) {
-    let (zero, one, two) = (F::splat(0.0), F::splat(1.0), F::splat(2.0));
-    let four = F::splat(4.0);
-    let quarters = turns * four;
-    let half = F::select(two.le(quarters), four - quarters, quarters);
-    let quarter = half.min(two - half).max(zero);
-    let (minor, major) = sin_cos_turns(quarter.min(one - quarter));
-    let swapped = F::splat(0.5).lt(quarter);
-    let (cosine, sine) = (F::select(swapped, minor, major), F::select(swapped, major, minor));
-    (sine.copysign(two - quarters), cosine.copysign(one - half))
 }

@@ -1,9 +1,9 @@
 //! Phong's lobe about the mirror direction.
 
-use super::ggx::sin_cos_whole;
 use super::vector::{any_tangent, cross};
 use crate::numeric::{max, min, sqrt};
 use crate::simd::{Apart, Num};
+use crate::sphere::sin_cos_quarters;
 use core::f32::consts::PI;
 
 /// A lobe seen from a direction, in the frame of the surface.
@@ -68,7 +68,7 @@ impl Phong {
         let of = F::splat(1.0) - u[1];
         let cosine = F::apart(Power { of, exponent: 1.0 / (self.exponent + 1.0), least: f32::MIN_POSITIVE });
         let sine = (F::splat(1.0) - cosine * cosine).max(F::splat(0.0)).sqrt();
-        let (sin, cos) = sin_cos_whole(u[0]);
+        let (sin, cos) = sin_cos_quarters(u[0] * 4.0);
         let (x, y) = (sine * cos, sine * sin);
         let [a, b, c] = self.axes;
         [

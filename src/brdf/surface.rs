@@ -132,8 +132,9 @@ impl Surface {
     /// As [`Surface::new`].
     #[inline(never)]
     pub fn set(&mut self, point: &Point<'_>, frame: &Frame) -> Result<(), Error> {
-        let normal = frame.to_map(unit(point.normal).ok_or(Error::transform(c"normal"))?);
-        let view = frame.to_map(unit(point.wo).ok_or(Error::transform(c"wo"))?);
+        let to_map = |direction: Vec3| Vec3::from(frame.to_map(direction.to_array()));
+        let normal = to_map(unit(point.normal).ok_or(Error::transform(c"normal"))?);
+        let view = to_map(unit(point.wo).ok_or(Error::transform(c"wo"))?);
         let material = point.material;
         self.whole = point.whole_sphere || material.transmits();
         self.cosine_included = point.cosine_included;
@@ -524,7 +525,7 @@ fn tangent(normal: Vec3, given: [f32; 3], frame: &Frame, needed: bool) -> Option
     if !needed {
         return Some(Vec3::from_array(any_tangent(normal.to_array())));
     }
-    let given = frame.to_map(Vec3::from_array(given));
+    let given = Vec3::from(frame.to_map(given));
     let rejected = given - normal * normal.dot(given);
     let length = sqrt(rejected.length_squared());
     if !(length > 1e-3 && length < f32::MAX) {

@@ -14,7 +14,6 @@ use super::place::place;
 use super::portals::Portals;
 use crate::brdf::point::Target;
 use crate::brdf::surface::Surface;
-use crate::light::density::to_world;
 use crate::light::radiance::Source;
 use crate::simd::{Compute, GROUP, Num, places};
 use crate::sphere::{Frame, octahedral_square};
@@ -163,7 +162,7 @@ impl Draw<'_> {
 /// How much of the light along directions of map space was seen.
 #[inline(always)]
 fn visible<F: Num>(frame: &Frame, factors: &Factors, direction: [F; 3]) -> F {
-    let cells = F::ints_of(cells::<F>(octahedral_square(to_world(frame, direction))));
+    let cells = F::ints_of(cells::<F>(octahedral_square(frame.to_world(direction))));
     F::each(|lane| cells.as_ref().get(lane).map_or(0.0, |cell| f32::from(factors[*cell as usize % CELLS])))
 }
 
@@ -195,7 +194,7 @@ pub fn weigh_by(groups: &mut [Group], target: &dyn Target, frame: &Frame) -> Opt
         let mut weights: [Option<&mut f32>; TARGETS] = [const { None }; TARGETS];
         let mut count = 0;
         for ((wi, slot), (direction, _, weight)) in wi.iter_mut().zip(&mut weights).zip(candidates.by_ref()) {
-            *wi = to_world(frame, direction);
+            *wi = frame.to_world(direction);
             *slot = Some(weight);
             count += 1;
         }

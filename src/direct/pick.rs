@@ -5,7 +5,6 @@ use super::group::Group;
 use super::joint::Points;
 use crate::simd::{Compute, Four, GROUP, Num};
 use crate::sphere::Frame;
-use glam::Vec3;
 
 /// The share of the mean weight that every candidate has at least, so that a client whose BRDF or radiance is another than the
 /// library's meets no huge weight. A higher one costs clients whose BRDF is the library's: rays are spent on what brings nothing. A lower one costs the
@@ -42,7 +41,7 @@ impl Compute for Pick<'_> {
         let Pick { groups, frame, points, count, floor, out } = self;
         pick(groups, floor, out.len(), points.pick(count), |ray, direction, weight| {
             if let Some(out) = out.get_mut(ray) {
-                *out = Ray { wi: frame.to_world(Vec3::from_array(direction)).to_array(), weight };
+                *out = Ray { wi: frame.to_world(direction), weight };
             }
         })
     }

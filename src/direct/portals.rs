@@ -8,12 +8,12 @@
 use super::group::Group;
 use super::joint::{Points, Set};
 use super::place::place;
-use crate::brdf::ggx::sin_cos_whole;
 use crate::brdf::point::Point;
 use crate::brdf::portal::{MAX_PORTALS, Portal};
 use crate::brdf::vector::dot;
 use crate::simd::{Apart, Compute, Level, Num, Whole, compute, places};
 use crate::sphere::Frame;
+use crate::sphere::sin_cos_quarters;
 use crate::status::Error;
 use bytemuck::{Pod, Zeroable};
 use core::f64::consts::PI;
@@ -68,7 +68,10 @@ impl Rectangle {
         let before = part(x0, y1) - part(x0, y0);
         let angle = part(x1, y1) - part(x1, y0) - before;
         let [b0, b1] = [y0, y1].map(|y| y / libm::sqrt(1.0 + y * y));
-        let axis = |axis: DVec3, behind: f64| frame.to_map(axis.as_vec3()).extend(behind as f32).to_array();
+        let axis = |axis: DVec3, behind: f64| {
+            let [x, y, z] = frame.to_map(axis.as_vec3().to_array());
+            [x, y, z, behind as f32]
+        };
         let axes = [axis(x, before / PI), axis(y, (b1 - b0) * (b1 - b0)), axis(z, 1.0 - b0 * b1)];
         let rest = [((b1 + b0) * (b1 + b0)) as f32, (1.0 + b0 * b1) as f32, 0.0, 0.0];
         let angle = if angle > LEAST { angle } else { 0.0 };
@@ -203,7 +206,7 @@ impl Portals {
         let [axis_x, axis_y, axis_z] = [row(0), row(1), row(2)];
         let ([x0, x1, y0, y1], [sum, above, before, _]) = (row(3), row(4));
         let part = axis_x[3] + (u - before);
-        let (sine, cosine) = sin_cos_whole(part.abs() * 0.25);
+        let (sine, cosine) = sin_cos_quarters(part.abs());
         // The same number twice: by the smaller of sine and cosine it does not cancel.
         let small = sine.min(cosine);
         let (squared, by_sine) = (small * small, sine.le(cosine));

@@ -6,7 +6,9 @@
 
 use super::warp::{Profile, Profiles};
 use crate::simd::{Apart, Num};
-use crate::sphere::{SPHERE, atan_turns, azimuth, octahedral_direction, octahedral_square, sin_cos_turns};
+use crate::sphere::{
+    SPHERE, atan_turns, azimuth, octahedral_direction, octahedral_square, sin_cos_half, sin_cos_quarters,
+};
 use core::f32::consts::PI;
 
 /// How directions are laid out over a face.
@@ -182,21 +184,13 @@ impl Chart {
     #[inline(always)]
     fn direction_latlong<F: Num>(&self, [column, row]: [F; 2]) -> ([F; 3], F) {
         let [columns, rows] = [self.axes[0].length, self.axes[1].length];
-        let one = F::splat(1.0);
-        let (sine, cosine) = polar_sine_cosine(row, rows);
+        let (sine, cosine) = sin_cos_half(row * F::splat(2.0 / rows));
         let z = cosine.copysign(F::splat(0.5 * rows) - row);
         let four = F::splat(4.0);
         let turned = (column + F::splat(self.offset)) * F::splat(4.0 / columns);
-        let turned = F::select(four.le(turned), turned - four, turned);
-        // The eighth of the circle, from which sine and cosine follow by reflections.
-        let half = F::select(F::splat(2.0).le(turned), four - turned, turned);
-        let quarter = half.min(F::splat(2.0) - half).max(F::splat(0.0));
-        let eighth = quarter.min(one - quarter);
-        let (minor, major) = sin_cos_turns(eighth);
-        let swapped = F::splat(0.5).lt(quarter);
-        let (cos, sin) = (F::select(swapped, minor, major), F::select(swapped, major, minor));
+        let (sin, cos) = sin_cos_quarters(F::select(four.le(turned), turned - four, turned));
         let solid_angle = (sine + F::splat(POLE)) * F::splat(self.latlong_unit());
-        ([(sine * cos).copysign(one - half), (sine * sin).copysign(F::splat(2.0) - turned), z], solid_angle)
+        ([sine * cos, sine * sin, z], solid_angle)
     }
 
     #[inline(always)]
@@ -289,7 +283,7 @@ impl Chart {
         let (zero, one) = (F::splat(0.0), F::splat(1.0));
         let rows = self.axes[1].length;
         let middle = low + F::splat(0.5) * size;
-        let (sine, magnitude) = polar_sine_cosine(middle, rows);
+        let (sine, magnitude) = sin_cos_half(middle * F::splat(2.0 / rows));
         let cosine = magnitude.copysign(F::splat(0.5 * rows) - middle);
         let h = size * F::splat(0.5 * PI / rows);
         let squared = h * h;
@@ -317,16 +311,4 @@ fn pick<F: Num>((along_x, along_y): (F::Mask, F::Mask), [a, b, c]: [F; 3]) -> F 
 fn scale_of_plane<F: Num>(s: F, t: F) -> F {
     let squared = F::splat(1.0) + s * s + t * t;
     F::splat(1.0) / (squared * squared.sqrt())
-}
-
-/// Sine and the magnitude of the cosine of the polar angle at a row position.
-#[inline(always)]
-fn polar_sine_cosine<F: Num>(row: F, rows: f32) -> (F, F) {
-    let one = F::splat(1.0);
-    let quarters = row * F::splat(2.0 / rows);
-    let quarter = quarters.min(F::splat(2.0) - quarters).max(F::splat(0.0));
-    let eighth = quarter.min(one - quarter);
-    let (minor, major) = sin_cos_turns(eighth);
-    let swapped = F::splat(0.5).lt(quarter);
-    (F::select(swapped, major, minor), F::select(swapped, minor, major))
 }

@@ -277,7 +277,7 @@ impl<'a> Map<'a> {
     fn luminances(&self, by: &Hypothesis, wi: &[[f32; 3]], out: &mut [f32]) {
         for (l, &wi) in out.iter_mut().zip(wi) {
             let here = match &by.look_up {
-                Some(look_up) => self.looked_up(look_up, super::density::to_map(&by.frame, wi)),
+                Some(look_up) => self.looked_up(look_up, by.frame.to_map(wi)),
                 None => self.luminance(&by.frame, wi),
             };
             *l = min(here, by.limit);
@@ -454,8 +454,8 @@ impl<'a> Map<'a> {
     #[inline(never)]
     fn found_at(&self, by: &Hypothesis, wi: [f32; 3]) -> [f32; 3] {
         let Some(look_up) = by.look_up else { return wi };
-        let (face, position) = self.position(&self.built, super::density::to_map(&by.frame, wi));
-        super::density::to_world(&by.frame, self.direction(&look_up, face, position))
+        let (face, position) = self.position(&self.built, by.frame.to_map(wi));
+        by.frame.to_world(self.direction(&look_up, face, position))
     }
 
     /// The face, column and row where a direction of the map is looked up, in texels.

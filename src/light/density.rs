@@ -17,25 +17,6 @@ use crate::status::{Result, Status};
 /// The first step towards the middle of a patch, as a share of the way; it doubles until it is all of it.
 const FIRST_STEP: f32 = 1.0 / (1 << 22) as f32;
 
-/// Directions of map space in world space.
-#[inline(always)]
-pub fn to_world<F: Num>(frame: &Frame, [x, y, z]: [F; 3]) -> [F; 3] {
-    let [a, b, c, d, e, f, g, h, i] = frame.to_array();
-    [dot(a, d, g, [x, y, z]), dot(b, e, h, [x, y, z]), dot(c, f, i, [x, y, z])]
-}
-
-/// Directions of world space in map space.
-#[inline(always)]
-pub fn to_map<F: Num>(frame: &Frame, [x, y, z]: [F; 3]) -> [F; 3] {
-    let [a, b, c, d, e, f, g, h, i] = frame.to_array();
-    [dot(a, b, c, [x, y, z]), dot(d, e, f, [x, y, z]), dot(g, h, i, [x, y, z])]
-}
-
-#[inline(always)]
-fn dot<F: Num>(a: f32, b: f32, c: f32, [x, y, z]: [F; 3]) -> F {
-    F::splat(a) * x + F::splat(b) * y + F::splat(c) * z
-}
-
 /// Directions normalised, and which of them are of unit length, within 1e-3; others mean nothing.
 #[inline(always)]
 pub fn unit<F: Num>([x, y, z]: [F; 3]) -> ([F; 3], F::Mask) {
@@ -86,8 +67,8 @@ impl Light<'_> {
     /// The directions, their positions in the patches, their densities there, and the bits of those that strayed.
     #[inline(always)]
     fn in_world_here<F: Num>(&self, frame: &Frame, drawn: &Drawn<F>) -> ([F; 3], [F; 2], F, u32) {
-        let world = to_world(frame, self.direction_of(drawn));
-        let (Located { position, density, .. }, strayed) = self.relocate(to_map(frame, unit(world).0), drawn);
+        let world = frame.to_world(self.direction_of(drawn));
+        let (Located { position, density, .. }, strayed) = self.relocate(frame.to_map(unit(world).0), drawn);
         (world, position, density, F::bits(strayed))
     }
 
@@ -113,7 +94,7 @@ impl Light<'_> {
             }
             if step >= 1.0 {
                 // A patch smaller than what an f32 direction can tell apart.
-                return (world, self.locate(to_map(frame, unit(world).0), true));
+                return (world, self.locate(frame.to_map(unit(world).0), true));
             }
             step *= 2.0;
         }
@@ -164,7 +145,7 @@ impl Light<'_> {
     #[inline(always)]
     pub(crate) fn valid<F: Num>(&self, frame: &Frame, wi: [F; 3]) -> ([F; 3], F::Mask) {
         let ([x, y, z], valid) = unit(wi);
-        (to_map(frame, [F::only(valid, x), F::only(valid, y), F::select(valid, z, F::splat(1.0))]), valid)
+        (frame.to_map([F::only(valid, x), F::only(valid, y), F::select(valid, z, F::splat(1.0))]), valid)
     }
 
     /// The density in the light of what was located.

@@ -245,9 +245,9 @@ impl Jitter<'_> {
         loop {
             let place = [inside, v].map(|x| 0.5 + (x - 0.5) * scale);
             let wi = frame.to_world(self.direction(texel, place));
-            let back = unit(wi.to_array()).map(|wi| self.texel(frame, wi));
+            let back = unit(wi).map(|wi| self.texel(frame, wi));
             if back == Some(texel) || scale <= 0.0 {
-                return Sample { wi: wi.to_array(), pdf: self.density(texel, first, end) };
+                return Sample { wi, pdf: self.density(texel, first, end) };
             }
             scale = if scale > 0.5 { scale - 1.0 / 1024.0 } else { 0.0 };
         }
@@ -265,7 +265,7 @@ impl Jitter<'_> {
 
     /// The texel that a world direction looks up.
     fn texel(&self, frame: &Frame, wi: Vec3) -> u32 {
-        let uv = latlong(frame.to_map(wi).to_array().map(f64::from));
+        let uv = latlong(frame.to_map(wi.to_array()).map(f64::from));
         let [x, y] = [0, 1].map(|axis: usize| {
             let size = f64::from(self.size[axis & 1]);
             (uv[axis & 1] * size).max(0.0).min(size - 1.0) as u32
@@ -274,7 +274,7 @@ impl Jitter<'_> {
     }
 
     /// The direction of map space at a place in a texel, uniform over its solid angle.
-    fn direction(&self, texel: u32, [across, down]: [f64; 2]) -> Vec3 {
+    fn direction(&self, texel: u32, [across, down]: [f64; 2]) -> [f32; 3] {
         let width = self.size[0].max(1);
         let (x, y) = (f64::from(texel % width), f64::from(texel / width));
         let step = PI / f64::from(self.size[1].max(1));
@@ -283,8 +283,7 @@ impl Jitter<'_> {
         let half = top * top + down * (bottom * bottom - top * top);
         let (z, radius) = (1.0 - 2.0 * half, 2.0 * libm::sqrt((half * (1.0 - half)).max(0.0)));
         let azimuth = TAU * (x + across) / f64::from(width);
-        let direction = [radius * libm::cos(azimuth), radius * libm::sin(azimuth), z];
-        Vec3::from_array(direction.map(|c| c as f32))
+        [radius * libm::cos(azimuth), radius * libm::sin(azimuth), z].map(|c| c as f32)
     }
 
     /// The density of a texel in the stratum with these places; 0 if it is in another one.

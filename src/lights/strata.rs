@@ -16,7 +16,6 @@ use crate::sphere::latlong_solid_angle;
 use crate::status::{Error, Result, Status};
 use bytemuck::{Pod, Zeroable};
 use core::f64::consts::PI;
-use glam::Vec3;
 
 /// What a stratification is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,7 +79,7 @@ impl Config {
         let count = stratify(self, luminance, &mut scratch, centres)?;
         let centres = centres.get(..count).unwrap_or(&[]);
         let gathered = gathered.get_mut(..count).unwrap_or(&mut []);
-        let to_world = |d: [f64; 3]| map.frame.to_world(Vec3::from_array(d.map(|c| c as f32))).to_array();
+        let to_world = |d: [f64; 3]| map.frame.to_world(d.map(|c| c as f32));
         gather(self, (luminance, rgb), &scratch, centres, gathered, to_world, lights)?;
         for (label, number) in labels.iter_mut().zip(scratch.component.iter()) {
             *label = if count == 0 { 0 } else { *number };

@@ -124,11 +124,11 @@ fn words([upper, lower]: &Leaves, lane: usize) -> [u32; 2] {
 fn directions_are_sound(header: &Header, frame: &Frame) -> bool {
     let (Some(normal), Some(wo)) = (unit(header.normal), unit(header.wo)) else { return false };
     let [t, b, n] = header.axes.map(glam::Vec3::from_array);
-    let view = frame.to_map(wo);
+    let view = glam::Vec3::from(frame.to_map(wo.to_array()));
     let along = [view.dot(t), view.dot(b), view.dot(n)];
     let near = |a: f32, b: f32| (a - b).abs() < APART;
     Frame::new(bytemuck::cast_ref(&header.axes)).is_some()
-        && near(frame.to_map(normal).dot(n).abs(), 1.0)
+        && near(glam::Vec3::from(frame.to_map(normal.to_array())).dot(n).abs(), 1.0)
         && along.iter().zip(header.local_wo).all(|(&a, b)| near(a, b))
         && (0.0..=1.0).contains(&header.cone)
 }

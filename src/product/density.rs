@@ -6,7 +6,7 @@
 use super::peak::Peak;
 use super::stored::{Product, QUADS, QUADS_OF_DIVIDED, QUADS_OF_PARTS, Quad, STORED_ONE, WORDS, mean, tops};
 use crate::light::batch::{Density, each_register};
-use crate::light::density::{Inverted, clamp_u, inward, settle_lanes, to_world};
+use crate::light::density::{Inverted, clamp_u, inward, settle_lanes};
 use crate::light::guide::ROUNDING;
 use crate::light::parts::PARTS;
 use crate::light::search::inside;
@@ -341,7 +341,7 @@ impl<'a> Shaded<'a> {
     /// World directions for numbers of the narrow lobes, and their densities.
     #[inline(always)]
     fn sample_peak<F: Num>(&self, frame: &Frame, peak: &Peak<'_>, u: [F; 2]) -> ([F; 3], F) {
-        let mut world = to_world(frame, peak.sample(u));
+        let mut world = frame.to_world(peak.sample(u));
         let mut pdf = self.pdf(frame, world);
         // Rounding may lose a direction at the very border of a lobe: of such numbers, a few of 2^24, the grid makes something.
         let lost = F::bits(pdf.le(F::splat(0.0)));

@@ -92,6 +92,25 @@ pub fn sin_cos_turns<F: Num>(x: F) -> (F, F) {
     (x * polynomial(SIN_TURNS, t), polynomial(COS_TURNS, t))
 }
 
+/// Sine and the magnitude of the cosine of `x pi / 2` for x in [0, 2]: of the eighth of the circle, by reflections.
+#[inline(always)]
+pub fn sin_cos_half<F: Num>(x: F) -> (F, F) {
+    let one = F::splat(1.0);
+    let quarter = x.min(F::splat(2.0) - x).max(F::splat(0.0));
+    let (minor, major) = sin_cos_turns(quarter.min(one - quarter));
+    let swapped = F::splat(0.5).lt(quarter);
+    (F::select(swapped, major, minor), F::select(swapped, minor, major))
+}
+
+/// Sine and cosine of `x pi / 2` for x in [0, 4].
+#[inline(always)]
+pub fn sin_cos_quarters<F: Num>(x: F) -> (F, F) {
+    let two = F::splat(2.0);
+    let half = F::select(two.le(x), F::splat(4.0) - x, x);
+    let (sine, cosine) = sin_cos_half(half);
+    (sine.copysign(two - x), cosine.copysign(F::splat(1.0) - half))
+}
+
 /// The polynomial with coefficients `c`, lowest first, at `t`: even and odd powers apart, which takes half as long.
 #[inline(always)]
 fn polynomial<F: Num, const N: usize>(c: [f32; N], t: F) -> F {
@@ -187,16 +206,18 @@ impl Frame {
         Some(Frame(orthonormal.as_mat3()))
     }
 
-    /// A direction of map space in world space.
+    /// Directions of map space in world space.
     #[inline(always)]
-    pub fn to_world(&self, map: Vec3) -> Vec3 {
-        self.0 * map
+    pub fn to_world<F: Num>(&self, map: [F; 3]) -> [F; 3] {
+        let [a, b, c, d, e, f, g, h, i] = self.to_array();
+        [dot([a, d, g], map), dot([b, e, h], map), dot([c, f, i], map)]
     }
 
-    /// A direction of world space in map space.
+    /// Directions of world space in map space.
     #[inline(always)]
-    pub fn to_map(&self, world: Vec3) -> Vec3 {
-        Vec3::new(self.0.x_axis.dot(world), self.0.y_axis.dot(world), self.0.z_axis.dot(world))
+    pub fn to_map<F: Num>(&self, world: [F; 3]) -> [F; 3] {
+        let [a, b, c, d, e, f, g, h, i] = self.to_array();
+        [dot([a, b, c], world), dot([d, e, f], world), dot([g, h, i], world)]
     }
 
     /// The nine numbers, column by column.
@@ -208,6 +229,11 @@ impl Frame {
     pub fn from_array(columns: &[f32; 9]) -> Frame {
         Frame(Mat3::from_cols_array(columns))
     }
+}
+
+#[inline(always)]
+fn dot<F: Num>([a, b, c]: [f32; 3], [x, y, z]: [F; 3]) -> F {
+    F::splat(a) * x + F::splat(b) * y + F::splat(c) * z
 }
 
 /// How far the square of a unit vector's length may lie from 1: its length within 1e-3, and rounding.

@@ -132,7 +132,7 @@ type Bounds = [[f32; 2]; 2];
 impl<'a> Rotated<'a> {
     fn new(environment: &Environment<'a>, world_from_tree: &Frame, depth: u32) -> Self {
         let (light, world_from_map) = (environment.light(), environment.frame());
-        let axes = [Vec3::X, Vec3::Y, Vec3::Z].map(|e| world_from_tree.to_map(world_from_map.to_world(e)).to_array());
+        let axes = [Vec3::X, Vec3::Y, Vec3::Z].map(|e| world_from_tree.to_map(world_from_map.to_world(e.to_array())));
         let side = (1u32 << (depth & 31)) as f32;
         let part = PART / max(side, LEAST_SIDE);
         let parts = angles(&light.chart).map(|angle| angle / (part * SIDE));

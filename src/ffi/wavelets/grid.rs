@@ -1,7 +1,7 @@
 //! Grids of directions in C.
 
 use crate::ffi::{answer, borrow, frame, out, put, require};
-use crate::sphere::{self, square, unit};
+use crate::sphere::{octahedral_direction, square, unit};
 use crate::status::{Error, Status};
 use crate::wavelets::grid::{self, WIS_MAX_GRID};
 use core::ptr::null_mut;
@@ -49,7 +49,7 @@ pub unsafe extern "C" fn wis_square_direction(
         let point = *borrow(point, 1)?;
         require(point.iter().all(|x| (0.0..=1.0).contains(x)), Status::InvalidArgument, 1)?;
         let frame = frame(world_from_tree, 2)?;
-        put(direction, 3, Ok(frame.to_world(sphere::direction(point)).to_array()))
+        put(direction, 3, Ok(frame.to_world(octahedral_direction(point))))
     })
 }
 
@@ -68,6 +68,6 @@ pub unsafe extern "C" fn wis_square_point(
     answer(null_mut(), || unsafe {
         let wi = unit(*borrow(wi, 1)?).ok_or(Error::new(Status::InvalidTransform, 1))?;
         let frame = frame(world_from_tree, 2)?;
-        put(point, 3, Ok(square(frame.to_map(wi))))
+        put(point, 3, Ok(square(frame.to_map(wi.to_array()).into())))
     })
 }

@@ -23,12 +23,14 @@ const WIDTH: u32 = 96;
 const HEIGHT: u32 = 54;
 const PICTURES: u64 = 256;
 const SAMPLES: u32 = 16;
+/// threers tells pixels and seeds apart by x ^ seed: seeds of a few bits give the points of one picture to other pixels of the next, and
+/// pictures are then not independent.
+const SPREAD: u64 = 0x9e37_79b9_7f4a_7c15;
 /// As many shadow rays as threers traces at a hit.
 const RAYS: usize = 2;
-/// All z under the dim sun must stay below: a false alarm in 10,000 runs of 5 of them. Bonferroni.
-const Z_LIMIT: f64 = 4.3;
-/// The radiance of the sun. Under the bright one the floor of threers is 0.53 % +- 0.05 % brighter than with wis, and 0.42 % +- 0.12 % brighter
-/// than by directions that are uniform in a cone about the sun: means are compared under the dim one.
+/// All z must stay below: a false alarm in 10,000 runs of 10 of them. Bonferroni.
+const Z_LIMIT: f64 = 4.4;
+/// The radiance of the sun.
 const SUNS: [(&str, f32); 2] = [("a bright sun", 2000.0), ("a dim sun", 5.0)];
 /// Texels along the edge of a face.
 const FACE: usize = 128;
@@ -157,7 +159,7 @@ impl Pictures {
                 let (x, y) = (pixel % WIDTH, pixel / WIDTH);
                 let mut sum = 0.0;
                 for number in 0..SAMPLES {
-                    let mut rng = Rng::for_sample(x, y, number, seed);
+                    let mut rng = Rng::for_sample(x, y, number, seed.wrapping_mul(SPREAD));
                     rng.set_bounce(0);
                     let dir = camera(x, y, rng.next_2d());
                     sum += sample(dir, pixel + seed as u32 * WIDTH * HEIGHT, number, &mut rng)?;
@@ -267,7 +269,7 @@ fn main() -> Result<()> {
     for (name, radiance) in SUNS {
         let (rows, z, milliseconds) = compare(name, radiance)?;
         gains += &rows;
-        (worst, times) = (z, milliseconds);
+        (worst, times) = (worst.max(z), milliseconds);
     }
     let holds = worst < Z_LIMIT;
     let text = format!(
@@ -279,11 +281,10 @@ fn main() -> Result<()> {
         | light and surface | relative, equal rays | absolute, equal rays | relative, equal time | absolute, equal time | mean, against threers | z |\n\
         | --- | --- | --- | --- | --- | --- | --- |\n{gains}\n\
         A picture takes {:.0} ms of one processor by threers and {:.0} ms with wis. Tests: `wis_check` finds no difference between the lights;\n\
-        largest z of {} means under the dim sun: {worst:.1}, at most {Z_LIMIT}: {}. Under the bright sun the floor of threers is 0.5 % too bright:\n\
-        directions that are uniform in a cone about the sun find what wis finds, within 0.12 %.\n",
+        largest z of {} means: {worst:.1}, at most {Z_LIMIT}: {}.\n",
         times[0],
         times[1],
-        SURFACES.len(),
+        SUNS.len() * SURFACES.len(),
         if holds { "holds" } else { "**does not hold**" }
     );
     std::fs::write(&path, &text)?;

@@ -133,7 +133,7 @@ hardcases: lib ## run the hard cases, print their table and write docs/measureme
 	scripts/instruments.sh $(LIB) run --bin hardcases -- docs/measurements/hard-cases.md
 	{ echo && scripts/provenance.sh hardcases; } >> docs/measurements/hard-cases.md
 
-report: lib ## measure speed against error into report/report.md, and in short into docs/measurements/report.md: QUICK=1 for a check, ARGS='--map FILE'
+report: lib ## measure speed against error into docs/measurements/report.md, and every number into report/cells.tsv: QUICK=1 for a check, ARGS='--map FILE'
 	scripts/setup.sh test
 	scripts/earlier.sh
 	scripts/instruments.sh $(LIB) run --bin measure -- report $(if $(QUICK),--quick,--docs docs/measurements/report.md) $(ARGS)

@@ -1,4 +1,4 @@
-//! A page of tables, plots and pictures in Markdown, with files beside it: a short form, and one with all of it.
+//! A page of tables and plots in Markdown, with files beside it.
 
 use anyhow::{Context, Result};
 use std::fmt::Write;
@@ -13,8 +13,6 @@ pub enum Part {
     Table(Table),
     /// A file name, SVG, and what it shows.
     Plot(String, String, String),
-    /// A file name, PNG, and what it shows.
-    Picture(String, Vec<u8>, String),
 }
 
 /// A table whose first columns are words and whose others are numbers.
@@ -68,42 +66,26 @@ pub fn made_from(instrument: &str) -> Result<String> {
 /// Parts in the order in which they are read.
 pub struct Page {
     pub title: String,
-    /// In both forms.
-    pub short: Vec<Part>,
-    /// What the whole page has besides.
-    pub long: Vec<Part>,
-    /// A comment at the end of both.
+    pub parts: Vec<Part>,
+    /// A comment at the end.
     pub made_from: String,
 }
 
 impl Page {
-    /// A page in short form alone, that ends with the commit and what it was made from.
+    /// A page that ends with the commit and what it was made from.
     ///
     /// # Errors
     /// The script that computes that cannot be run.
-    pub fn measured(title: &str, mut short: Vec<Part>, instrument: &str) -> Result<Page> {
-        short.push(Part::Text(format!("Commit {}.", commit())));
-        Ok(Page { title: title.into(), short, long: Vec::new(), made_from: made_from(instrument)? })
+    pub fn measured(title: &str, mut parts: Vec<Part>, instrument: &str) -> Result<Page> {
+        parts.push(Part::Text(format!("Commit {}.", commit())));
+        Ok(Page { title: title.into(), parts, made_from: made_from(instrument)? })
     }
 
-    /// Writes everything.
+    /// Writes it, and its plots to the folder of its name without the extension.
     ///
     /// # Errors
     /// A file cannot be written.
     pub fn write(&self, file: &Path) -> Result<()> {
-        self.parts(file, &self.long)
-    }
-
-    /// Writes the short form.
-    ///
-    /// # Errors
-    /// A file cannot be written.
-    pub fn write_short(&self, file: &Path) -> Result<()> {
-        self.parts(file, &[])
-    }
-
-    /// Plots and pictures go to the folder of the file's name without the extension.
-    fn parts(&self, file: &Path, long: &[Part]) -> Result<()> {
         if let Some(parent) = file.parent() {
             std::fs::create_dir_all(parent)?;
         }
@@ -111,14 +93,10 @@ impl Page {
         if folder.exists() {
             std::fs::remove_dir_all(&folder)?;
         }
-        let save = |name: &str, bytes: &[u8]| {
-            std::fs::create_dir_all(&folder)?;
-            std::fs::write(folder.join(name), bytes)
-        };
         println!("The page is {}", file.display());
         let beside = folder.file_name().and_then(|name| name.to_str()).unwrap_or(".");
         let mut out = format!("# {}\n", self.title);
-        for part in self.short.iter().chain(long) {
+        for part in &self.parts {
             out.push('\n');
             match part {
                 Part::Heading(text) => writeln!(out, "## {text}")?,
@@ -126,12 +104,9 @@ impl Page {
                 Part::List(items) => items.iter().try_for_each(|item| writeln!(out, "- {item}"))?,
                 Part::Table(table) => table.markdown(&mut out)?,
                 Part::Plot(name, svg, caption) => {
-                    save(name, svg.as_bytes())?;
+                    std::fs::create_dir_all(&folder)?;
+                    std::fs::write(folder.join(name), svg)?;
                     writeln!(out, "![{caption}]({beside}/{name})")?;
-                }
-                Part::Picture(name, png, caption) => {
-                    save(name, png)?;
-                    writeln!(out, "![{caption}]({beside}/{name})\n\n{caption}")?;
                 }
             }
         }
@@ -158,20 +133,17 @@ mod tests {
     }
 
     #[test]
-    fn the_whole_page_is_the_short_one_and_more() {
+    fn plots_stand_beside_the_page() {
         let folder = std::env::temp_dir().join(format!("wis-page-{}", std::process::id()));
         let mut table = Table::new(1, &["lobe", "gain"]);
         table.row(["Lambert", "2.0x"].map(String::from));
         let plot = Part::Plot("p.svg".into(), "<svg/>".into(), "a plot".into());
-        let (short, long) = (vec![Part::Heading("A".into()), Part::Table(table)], vec![plot]);
-        let page = Page { title: "T".into(), short, long, made_from: "made".into() };
+        let parts = vec![Part::Heading("A".into()), Part::Table(table), plot];
+        Page { title: "T".into(), parts, made_from: "made".into() }.write(&folder.join("a.md")).unwrap();
         let read = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap_or_default();
-        page.write_short(&folder.join("a.md")).unwrap();
-        page.write(&folder.join("b.md")).unwrap();
-        let begin = "# T\n\n## A\n\n| lobe | gain |\n|---|---:|\n| Lambert | 2.0x |\n";
-        assert_eq!(read("a.md"), format!("{begin}\n<!-- made -->\n"));
-        assert_eq!(read("b.md"), format!("{begin}\n![a plot](b/p.svg)\n\n<!-- made -->\n"));
-        assert_eq!(read("b/p.svg"), "<svg/>");
+        let text =
+            "# T\n\n## A\n\n| lobe | gain |\n|---|---:|\n| Lambert | 2.0x |\n\n![a plot](a/p.svg)\n\n<!-- made -->\n";
+        assert_eq!([read("a.md").as_str(), &read("a/p.svg")], [text, "<svg/>"]);
         std::fs::remove_dir_all(folder).unwrap();
     }
 }

@@ -12,17 +12,16 @@ type Error = fn(&Errors) -> f64;
 /// The metrics, by name.
 pub const METRICS: [(&str, Error); 2] = [("absolute", |e| e.absolute), ("relative", |e| e.relative)];
 
-/// How gains are counted: a region of pixels, one of `METRICS`, one of `MODELS`, with one of `CACHES`.
+/// How gains are counted: one of `METRICS`, one of `MODELS`, with one of `CACHES`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Scale {
-    pub region: usize,
     pub metric: usize,
     pub model: usize,
     pub caches: usize,
 }
 
 impl Scale {
-    /// Every metric in every cost model, over all pixels, with a renderer's caches.
+    /// Every metric in every cost model, with a renderer's caches.
     pub fn all() -> impl Iterator<Item = Scale> {
         let of = |model| (0..METRICS.len()).map(move |metric| Scale { metric, model, ..Scale::default() });
         (0..MODELS.len()).flat_map(of)
@@ -70,7 +69,7 @@ fn costs(row: &Row, scale: Scale) -> Vec<f64> {
 /// The same, in the time of another method.
 fn costs_in_time_of(timed: &Row, row: &Row, scale: Scale) -> Vec<f64> {
     let ns = timed.times[scale.caches][scale.model].ns();
-    row.repeats.iter().map(|repeat| METRICS[scale.metric].1(&repeat.errors[scale.region]) * ns).collect()
+    row.repeats.iter().map(|repeat| METRICS[scale.metric].1(&repeat.errors[0]) * ns).collect()
 }
 
 fn comparable(ratio: [f64; 3]) -> Option<[f64; 3]> {

@@ -19,7 +19,7 @@ use studies::Study;
 use wis_ffi_tests::caches::CACHES;
 use wis_ffi_tests::measure::{Cell, Effort, measure};
 use wis_ffi_tests::method::Method;
-use wis_ffi_tests::page::{self, Page};
+use wis_ffi_tests::page;
 use wis_ffi_tests::portal::Room;
 use wis_ffi_tests::reference::Reference;
 use wis_ffi_tests::scene::Scene;
@@ -54,14 +54,12 @@ pub fn run(options: Options) -> Result<()> {
         repeats,
     };
     let (suns, cells): (Vec<_>, Vec<_>) = cells.into_iter().partition(|cell| cell.study == studies::SUNS);
-    write(&tables::page(&run, &cells, &suns, &goals)?, &options)?;
+    let page = tables::page(&run, &cells, &suns, &goals)?;
+    page.write(&options.out.join("report.md"))?;
+    std::fs::write(options.out.join("cells.tsv"), tables::cells(&cells.iter().chain(&suns).collect::<Vec<_>>()))?;
+    options.docs.as_ref().map_or(Ok(()), |file| page.write(file))?;
     check(&cells)?;
     check(&suns)
-}
-
-fn write(page: &Page, options: &Options) -> Result<()> {
-    page.write(&options.out.join("report.md"))?;
-    options.docs.as_ref().map_or(Ok(()), |file| page.write_short(file))
 }
 
 /// How cells are measured and kept.

@@ -32,10 +32,10 @@ pub struct Options {
     /// Shading points in a scene
     #[arg(long)]
     pub points: Option<usize>,
-    /// Where report.md goes, with its plots
+    /// Where report.md goes with its plots, and cells.tsv with every number behind it
     #[arg(long, default_value = "report")]
     pub out: PathBuf,
-    /// Also writes the short form to this file, with its plots and a picture in a folder of its name
+    /// Also writes the page to this file, with its plots in a folder of its name
     #[arg(long)]
     pub docs: Option<PathBuf>,
     /// Computes references and nothing else

@@ -1,19 +1,17 @@
 //! The page: what to call and what it gives, where the library loses, which goals are reached, and all numbers behind it.
 
 use super::gains::{
-    self, Against, METRICS, Scale, distinct, geometric_mean, lights, materials, of_study, ours, over, over_best,
-    studies,
+    self, Against, METRICS, Scale, geometric_mean, lights, materials, of_study, ours, over_best, studies,
 };
 use super::goals::{self, Measured, Times};
 use super::studies::{HITS, MAIN, MEASURED, NEAREST, ROOM, SMOOTH, SUN, TEXTURED, has_known_lobes};
 use super::{losses, plots};
 use anyhow::Result;
-use std::collections::HashMap;
 use wis_ffi_tests::caches::{CACHES, COLD, RENDERER, SLOWER, WARM};
 use wis_ffi_tests::cost::MODELS;
 use wis_ffi_tests::data::DEVELOPER;
 use wis_ffi_tests::earlier;
-use wis_ffi_tests::measure::{Cell, Errors, FEW, REGIONS};
+use wis_ffi_tests::measure::{Cell, Errors, REGIONS};
 use wis_ffi_tests::method::EXTENDED;
 use wis_ffi_tests::page::{Page, Part, Table, times};
 
@@ -98,43 +96,18 @@ pub fn page(run: &Run, cells: &[Cell], suns: &[Cell], measured: &Measured) -> Re
     let main: Vec<&Cell> = of_study(cells, MAIN);
     let lobes = materials(&main);
     let [verdict, gains @ ..] = first_screen(run, cells);
-    let mut short = vec![verdict];
-    short.extend(drawn(&main, &lobes)?);
-    short.extend(gains);
-    short.extend(losses::parts(cells));
-    short.extend(situations(cells));
-    short.extend(certain(cells));
-    short.extend(costs(cells, measured));
-    short.extend(sun(suns));
-    short.extend(weights_and_limit(&main));
-    short.extend(by_maps(&main, &lights(&main)));
-    short.extend(method(run, measured.slower));
-    let mut long = Vec::new();
-    for name in studies(cells) {
-        let cells = of_study(cells, &name);
-        long.push(Part::Heading(format!("All gains of the study \"{name}\": {} cells", cells.len())));
-        long.extend([by_method(&cells), by_lobe(&cells), by_region(&cells)].into_iter().flatten());
-    }
-    let lights = lights(&main);
-    let names: Vec<&str> = lights.iter().map(String::as_str).collect();
-    let lobe_names: Vec<&str> = lobes.iter().map(String::as_str).collect();
-    for (k, scale) in Scale::all().enumerate() {
-        long.push(Part::Heading(format!("Error against time, every light and lobe: {}", scale.name())));
-        for (i, lights) in names.chunks(3).enumerate() {
-            let svg = plots::error_against_time(&main, scale, lights, &lobe_names)?;
-            long.push(Part::Plot(format!("all-{k}-{i}.svg"), svg, format!("{}, {}", scale.name(), lights.join(", "))));
-        }
-    }
-    for name in studies(cells) {
-        long.push(Part::Heading(format!("Errors and times of every method in every cell of \"{name}\"")));
-        long.extend(of_study(cells, &name).iter().flat_map(|cell| errors(cell)));
-    }
-    Ok(Page {
-        title: "wis beside other ways to sample an environment".into(),
-        short,
-        long,
-        made_from: run.made_from.clone(),
-    })
+    let mut parts = vec![verdict];
+    parts.extend(drawn(&main, &lobes)?);
+    parts.extend(gains);
+    parts.extend(losses::parts(cells));
+    parts.extend(situations(cells));
+    parts.extend(certain(cells));
+    parts.extend(costs(cells, measured));
+    parts.extend(sun(suns));
+    parts.extend(weights_and_limit(&main));
+    parts.extend(by_maps(&main, &lights(&main)));
+    parts.extend(method(run, measured.slower));
+    Ok(Page { title: "wis beside other ways to sample an environment".into(), parts, made_from: run.made_from.clone() })
 }
 
 /// The situations of the first screen: those that differ most, for better and for worse.
@@ -481,110 +454,33 @@ fn method(run: &Run, slower: Times) -> Vec<Part> {
     vec![Part::Heading("How it was measured".into()), Part::List(items.into())]
 }
 
-/// Gains of a study over every method.
-fn by_method(cells: &[&Cell]) -> Vec<Part> {
-    let Some(first) = cells.first() else { return Vec::new() };
-    let own = ours(&first.study);
-    let others = distinct(first.rows.iter().map(|row| &row.method).filter(|name| !name.starts_with("limit")));
-    let others: Vec<String> = others.into_iter().filter(|name| name != own).collect();
-    let best = format!("best of {}", EXTENDED.each.len());
-    let head: Vec<String> =
-        ["metric, costs".into(), "rays".into(), best].into_iter().chain(others.iter().cloned()).collect();
-    let mut table = Table::new(1, &head);
-    let scales = (0..CACHES.len()).flat_map(|caches| Scale::all().map(move |scale| Scale { caches, ..scale }));
-    for (scale, count) in scales.flat_map(|s| gains::counts(first).into_iter().map(move |n| (s, n))) {
-        let name = format!("{}, {}", scale.name(), CACHES[scale.caches]);
-        let best = times(Against::Best(&EXTENDED).mean(cells.iter().copied(), own, count, scale));
-        let each = others.iter().map(|other| {
-            times(geometric_mean(
-                cells.iter().filter_map(|cell| over(cell, own, other, count, scale)).map(|gain| gain[0]),
-            ))
-        });
-        table.row([name, count.to_string(), best].into_iter().chain(each));
-    }
-    let text =
-        format!("Gain of `{own}` over each method, geometric mean over {} cells; above 1 it is ahead.", cells.len());
-    vec![Part::Text(text), Part::Table(table)]
-}
-
-/// Gains over the best peer, lobe by lobe and light by light.
-fn by_lobe(cells: &[&Cell]) -> Vec<Part> {
-    let Some(first) = cells.first() else { return Vec::new() };
-    let own = ours(&first.study);
-    let columns: Vec<(Scale, usize)> =
-        Scale::all().flat_map(|s| gains::counts(first).into_iter().map(move |n| (s, n))).collect();
-    let heads = columns.iter().map(|(scale, n)| format!("{} N={n}", scale.name()));
-    let head: Vec<String> = ["light", "lobe"].map(String::from).into_iter().chain(heads).collect();
-    let mut table = Table::new(2, &head);
-    for material in materials(cells) {
-        let of: Vec<&Cell> = cells.iter().copied().filter(|cell| cell.material == material).collect();
-        let gains = columns.iter().map(|&(s, n)| times(Against::Best(&EXTENDED).mean(of.iter().copied(), own, n, s)));
-        table.row(["mean".into(), material.clone()].into_iter().chain(gains));
-    }
+/// Every error and time as a table for programs, with tabs: a line for a method, a number of rays and a region of a cell.
+pub fn cells(cells: &[&Cell]) -> String {
+    let us = CACHES.iter().flat_map(|caches| MODELS.map(|(model, _)| format!("\tus, {model}, {caches}")));
+    let mut text =
+        "study\tscene\tlight\tlobe\tmethod\trays\tregion\tpixels\tabsolute\trelative\tunshadowed\ttail".to_string();
+    text.extend(us.chain(["\n".into()]));
     for cell in cells {
-        let gain = |&(scale, n): &(Scale, usize)| match over_best(cell, own, &EXTENDED, n, scale) {
-            Some((peer, [gain, low, high])) => format!("{} [{low:.2}, {high:.2}] {peer}", times(gain)),
-            None => "-".into(),
-        };
-        table.row([cell.light.clone(), cell.material.clone()].into_iter().chain(columns.iter().map(gain)));
+        let Cell { study, scene, light, material, pixels, .. } = cell;
+        for row in &cell.rows {
+            let us: String = row
+                .times
+                .iter()
+                .flatten()
+                .map(|time| format!("\t{:.3}", time.ns() / 1e3))
+                .chain(["\n".into()])
+                .collect();
+            for (region, name) in REGIONS.iter().enumerate() {
+                let [absolute, relative, unshadowed, tail]: [fn(&Errors) -> f64; 4] =
+                    [|e| e.absolute, |e| e.relative, |e| e.unshadowed, |e| e.tail];
+                let errors =
+                    [absolute, relative, unshadowed, tail].map(|of| row.mean(|repeat| of(&repeat.errors[region])));
+                let errors = errors.map(|error| format!("{error:.3e}")).join("\t");
+                let (method, rays, pixels) = (&row.method, row.count, pixels[region]);
+                text +=
+                    &format!("{study}\t{scene}\t{light}\t{material}\t{method}\t{rays}\t{name}\t{pixels}\t{errors}{us}");
+            }
+        }
     }
-    let text = format!(
-        "Gain of `{own}` over the best of {} baselines, with its interval and the baseline.",
-        EXTENDED.each.len()
-    );
-    vec![Part::Text(text), Part::Table(table)]
-}
-
-/// Gains in light, penumbra and umbra.
-fn by_region(cells: &[&Cell]) -> Vec<Part> {
-    let Some(first) = cells.first() else { return Vec::new() };
-    let own = ours(&first.study);
-    let columns: Vec<(usize, usize)> =
-        (1..REGIONS.len()).flat_map(|r| gains::counts(first).into_iter().map(move |n| (r, n))).collect();
-    let heads = columns.iter().map(|&(region, n)| format!("{} N={n}", REGIONS[region]));
-    let head: Vec<String> = ["lobe", "metric, costs"].map(String::from).into_iter().chain(heads).collect();
-    let mut table = Table::new(2, &head);
-    for (material, scale) in materials(cells).into_iter().flat_map(|m| Scale::all().map(move |s| (m.clone(), s))) {
-        let gain = |&(region, n): &(usize, usize)| {
-            let of = cells.iter().copied().filter(|c| c.material == material && c.pixels[region] >= FEW);
-            times(Against::Best(&EXTENDED).mean(of, own, n, Scale { region, ..scale }))
-        };
-        table.row([material.clone(), scale.name()].into_iter().chain(columns.iter().map(gain)));
-    }
-    let text = format!(
-        "Gain of `{own}` over the best baseline by the visible part of the light: lit above 95 %, umbra below 5 %. Regions of fewer than {FEW} pixels are left out."
-    );
-    vec![Part::Text(text), Part::Table(table)]
-}
-
-/// Errors of every method on the whole image.
-fn errors(cell: &Cell) -> Vec<Part> {
-    let us = CACHES.iter().flat_map(|caches| MODELS.map(|model| format!("us, {}, {caches}", model.0)));
-    let errors = ["absolute", "relative", "unshadowed", "99.9 %"];
-    let head = ["method", "rays"].into_iter().map(String::from).chain(us).chain(errors.map(String::from));
-    let mut table = Table::new(1, &head.collect::<Vec<_>>());
-    for row in &cell.rows {
-        let root = |of: fn(&Errors) -> f64| format!("{:.4}", row.mean(|r| of(&r.errors[0])).sqrt());
-        let us = row
-            .times
-            .iter()
-            .flatten()
-            .map(|time| if time.ns() > 0.0 { format!("{:.2}", time.ns() / 1e3) } else { "-".into() });
-        let errors = [root(|e| e.absolute), root(|e| e.relative), root(|e| e.unshadowed)];
-        let tail = format!("{:.3}", row.mean(|r| r.errors[0].tail));
-        table.row([row.method.clone(), row.count.to_string()].into_iter().chain(us).chain(errors).chain([tail]));
-    }
-    let pixels: HashMap<&str, usize> = REGIONS.iter().copied().zip(cell.pixels).collect();
-    let text = format!(
-        "**{}, {}, {}.** Pixels: {} lit, {} penumbra, {} umbra. Reference: two halves of 3 x {} samples, which differ by {:.2} %.",
-        cell.scene,
-        cell.light,
-        cell.material,
-        pixels["lit"],
-        pixels["penumbra"],
-        pixels["umbra"],
-        cell.reference.0,
-        100.0 * cell.reference.1
-    );
-    vec![Part::Text(text), Part::Table(table)]
+    text
 }

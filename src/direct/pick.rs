@@ -10,6 +10,11 @@ use crate::sphere::Frame;
 /// library's meets no huge weight. A higher one costs clients whose BRDF is the library's: rays are spent on what brings nothing. A lower one costs the
 /// others.
 pub const FLOOR: f32 = 0.04;
+/// The share of the picks that candidates of the light have at least, and no more than one pick of a call for it. Where a narrow lobe meets what is
+/// blocked, light arrives from elsewhere, which candidates of the lobe hardly find.
+const OF_LIGHT: f32 = 0.25;
+/// The most that weights of the light grow by for it: those that are next to nothing stay so.
+const GROWTH: f32 = 1e25;
 /// Sums of weights beyond these are too close to the ends of f32 to work with: every candidate that counts is then as good as another.
 /// Times a density, of a lobe of alpha 1e-5 for instance, it is still a number.
 const LARGEST: f32 = 1e25;
@@ -26,6 +31,8 @@ pub struct Pick<'a> {
     pub points: Points,
     /// How many candidates a set has.
     pub count: usize,
+    /// Groups of the light, which stand first and have their share of the picks; 0: they have none.
+    pub light: usize,
     /// The least weight, as a share of the mean.
     pub floor: f32,
     /// The rays.
@@ -38,8 +45,8 @@ impl Compute for Pick<'_> {
     /// How many rays there are.
     #[inline(always)]
     fn run<F: Num>(self) -> usize {
-        let Pick { groups, frame, points, count, floor, out } = self;
-        pick(groups, floor, out.len(), points.pick(count), |ray, direction, weight| {
+        let Pick { groups, frame, points, count, light, floor, out } = self;
+        pick(groups, light, floor, out.len(), points.pick(count), |ray, direction, weight| {
             if let Some(out) = out.get_mut(ray) {
                 *out = Ray { wi: frame.to_world(direction), weight };
             }
@@ -50,8 +57,15 @@ impl Compute for Pick<'_> {
 /// Picks `rays` candidates, merged where one is picked more than once, and hands their number, direction and weight to `put`.
 /// Answers how many there are: none if no candidate counts.
 #[inline(always)]
-pub fn pick(groups: &mut [Group], floor: f32, rays: usize, u: f32, mut put: impl FnMut(usize, [f32; 3], f32)) -> usize {
-    let total = sum_up(groups, floor);
+pub fn pick(
+    groups: &mut [Group],
+    light: usize,
+    floor: f32,
+    rays: usize,
+    u: f32,
+    mut put: impl FnMut(usize, [f32; 3], f32),
+) -> usize {
+    let total = sum_up(groups, light, OF_LIGHT.min(1.0 / rays as f32), floor);
     if !(total > 0.0) {
         return 0;
     }
@@ -90,20 +104,42 @@ const FOURS: [usize; GROUP / Four::WIDTH] = {
     [0, Four::WIDTH]
 };
 
-/// Turns weights into their sums up to each, after adding the least weight of those that count. Answers the sum of all.
+/// The sum of all weights.
 #[inline(always)]
-fn sum_up(groups: &mut [Group], floor: f32) -> f32 {
+fn sum_of(groups: &[Group]) -> f32 {
     let mut sums = Four::splat(0.0);
-    for group in groups.iter() {
+    for group in groups {
         for at in FOURS {
             sums = sums + Four::at(&group.weight, at);
         }
     }
     let [a, b, c, d] = sums.store();
-    let sum = (a + b) + (c + d);
+    (a + b) + (c + d)
+}
+
+/// Multiplies all weights.
+#[inline(never)]
+fn raise(groups: &mut [Group], growth: f32) {
+    for weight in groups.iter_mut().flat_map(|group| &mut group.weight) {
+        *weight *= growth;
+    }
+}
+
+/// Turns weights into their sums up to each: candidates of the light get at least their share, and all that count the least weight.
+/// Answers the sum of all.
+#[inline(always)]
+fn sum_up(groups: &mut [Group], light: usize, share: f32, floor: f32) -> f32 {
+    let (first, others) = groups.split_at_checked(light).unwrap_or_default();
+    let [of_light, of_others] = [first, others].map(sum_of);
+    let wanted = of_others * share / (1.0 - share);
+    let growth = if of_light > 0.0 && of_light < wanted { (wanted / of_light).min(GROWTH) } else { 1.0 };
+    let sum = of_light * growth + of_others;
     // Without any target every candidate that counts is as good as another.
     let (scale, least) =
         if sum > SMALLEST && sum < LARGEST { (1.0, floor * sum / (GROUP * groups.len()) as f32) } else { (0.0, 1.0) };
+    if growth > 1.0 && scale > 0.0 {
+        raise(groups.get_mut(..light).unwrap_or_default(), growth);
+    }
     let mut total = 0.0;
     for group in groups {
         for at in FOURS {

@@ -44,6 +44,13 @@ impl Config {
         Effort { rays, wanted, compensated: false, targeted: false, portals: false, dark: false }
     }
 
+    /// Whether a call for so many rays keeps a share of its picks for the light: where a pixel has four and more, in one call or over its hits, that is
+    /// one of them. Of a single one it would be a chance, which adds to the variance what a lobe alone does not have.
+    fn shares_out(&self, rays: usize) -> bool {
+        const FEWEST: usize = 4;
+        rays.saturating_mul(self.hits_per_pixel.max(1) as usize) >= FEWEST
+    }
+
     /// Bytes of working memory.
     #[inline(never)]
     pub fn bytes(&self) -> usize {
@@ -223,6 +230,9 @@ impl Call<'_> {
             favour_portals(groups);
         }
         let floor = if dark { FLOOR_IN_THE_DARK } else { FLOOR };
-        Ok(compute(level, Pick { groups, frame, points, count: counts.light, floor, out }))
+        // Portals share rays out by themselves; of a compensated light all candidates look for the same lamps.
+        let shares = portals.is_none() && !compensated && config.shares_out(out.len());
+        let light = if shares { counts.light / GROUP } else { 0 };
+        Ok(compute(level, Pick { groups, frame, points, count: counts.light, light, floor, out }))
     }
 }

@@ -41,53 +41,39 @@ pub enum Status {
 }
 
 impl Status {
-    /// A sentence for a log, in English.
-    pub const fn message(self) -> &'static CStr {
-        match self {
-            Status::Ok => c"ok",
-            Status::NullPointer => c"a pointer that must not be null is null",
-            Status::InvalidArgument => c"an argument or a field is outside its documented range",
-            Status::InvalidStructSize => c"the size field of a struct is not set to the size of this version",
-            Status::MemoryTooSmall => c"the memory is shorter than the size query said",
-            Status::Misaligned => c"a pointer or stride is not aligned as documented",
-            Status::Overflow => c"the requested sizes or the results overflow",
-            Status::InvalidTexel => {
-                c"a texel is NaN or infinite: the flag SANITISE of a light replaces it; trees want 0 and more"
-            }
-            Status::InvalidTransform => {
-                c"a matrix is no rotation or reflection, a direction not of unit length, or a tangent along the normal"
-            }
-            Status::Mismatch => c"no such object, one that is not finished, or a product of another environment",
-            Status::Corrupt => c"the bytes are not a valid object of this version",
-            Status::ZeroDensity => c"the density of the direction is zero",
-            Status::CallbackFailed => c"a callback failed or returned an invalid value",
-            Status::NotBuilt => c"the object was not built, or built without what the call needs",
-            Status::Unreachable => c"no u of 24 bits leads to the direction",
-        }
-    }
-}
+    /// All of them by their numbers, each with a sentence.
+    const ALL: [(Status, &'static CStr); 15] = [
+        (Status::Ok, c"ok"),
+        (Status::NullPointer, c"a pointer that must not be null is null"),
+        (Status::InvalidArgument, c"an argument or a field is outside its documented range"),
+        (Status::InvalidStructSize, c"the size field of a struct is not set to the size of this version"),
+        (Status::MemoryTooSmall, c"the memory is shorter than the size query said"),
+        (Status::Misaligned, c"a pointer or stride is not aligned as documented"),
+        (Status::Overflow, c"the requested sizes or the results overflow"),
+        (
+            Status::InvalidTexel,
+            c"a texel is NaN or infinite: the flag SANITISE of a light replaces it; trees want 0 and more",
+        ),
+        (
+            Status::InvalidTransform,
+            c"a matrix is no rotation or reflection, a direction not of unit length, or a tangent along the normal",
+        ),
+        (Status::Mismatch, c"no such object, one that is not finished, or a product of another environment"),
+        (Status::Corrupt, c"the bytes are not a valid object of this version"),
+        (Status::ZeroDensity, c"the density of the direction is zero"),
+        (Status::CallbackFailed, c"a callback failed or returned an invalid value"),
+        (Status::NotBuilt, c"the object was not built, or built without what the call needs"),
+        (Status::Unreachable, c"no u of 24 bits leads to the direction"),
+    ];
 
-impl Status {
+    /// A sentence for a log, in English.
+    pub fn message(self) -> &'static CStr {
+        Status::ALL.get(self as usize).map_or(c"", |(_, message)| message)
+    }
+
     /// The status with this number.
     pub fn from_code(code: u32) -> Option<Status> {
-        const ALL: [Status; 15] = [
-            Status::Ok,
-            Status::NullPointer,
-            Status::InvalidArgument,
-            Status::InvalidStructSize,
-            Status::MemoryTooSmall,
-            Status::Misaligned,
-            Status::Overflow,
-            Status::InvalidTexel,
-            Status::InvalidTransform,
-            Status::Mismatch,
-            Status::Corrupt,
-            Status::ZeroDensity,
-            Status::CallbackFailed,
-            Status::NotBuilt,
-            Status::Unreachable,
-        ];
-        ALL.get(code as usize).copied()
+        Status::ALL.get(code as usize).map(|(status, _)| *status)
     }
 }
 

@@ -35,17 +35,23 @@ pub trait Density {
 pub fn each_register<F: Num>(u: &[[f32; 2]], out: &mut [Sample], sample: impl Fn([F; 2]) -> ([F; 3], F)) {
     for (u, out) in u.chunks(F::WIDTH).zip(out.chunks_mut(F::WIDTH)) {
         let (wi, pdf) = sample(columns(u));
-        let (x, y, z, pdf) = (wi[0].store(), wi[1].store(), wi[2].store(), pdf.store());
-        let lanes = x.as_ref().iter().zip(y.as_ref()).zip(z.as_ref()).zip(pdf.as_ref());
-        for (out, (((&x, &y), &z), &pdf)) in out.iter_mut().zip(lanes) {
-            *out = Sample { wi: [x, y, z], pdf };
-        }
+        write_lanes(wi, pdf, out);
+    }
+}
+
+/// Writes lanes as samples, as many as there is room for.
+#[inline(always)]
+pub(super) fn write_lanes<F: Num>([x, y, z]: [F; 3], pdf: F, out: &mut [Sample]) {
+    let (x, y, z, pdf) = (x.store(), y.store(), z.store(), pdf.store());
+    let lanes = x.as_ref().iter().zip(y.as_ref()).zip(z.as_ref()).zip(pdf.as_ref());
+    for (out, (((&x, &y), &z), &pdf)) in out.iter_mut().zip(lanes) {
+        *out = Sample { wi: [x, y, z], pdf };
     }
 }
 
 /// Rows of numbers side by side in lanes; lanes without a row hold zeros.
 #[inline(always)]
-fn columns<F: Num, const N: usize>(rows: &[[f32; N]]) -> [F; N] {
+pub(super) fn columns<F: Num, const N: usize>(rows: &[[f32; N]]) -> [F; N] {
     let mut columns = [F::splat(0.0); N];
     for (k, column) in columns.iter_mut().enumerate() {
         let mut lanes = F::floats();

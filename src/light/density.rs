@@ -3,7 +3,7 @@
 //! The pdf is one function of the f32 world direction; a sample's pdf is that function at the direction it returns. Where
 //! rounding carried a direction out of its patch, the position moves towards the patch's middle until the direction is inside.
 
-use super::batch::Density;
+use super::batch::{Density, columns, write_lanes};
 use super::chart::Place;
 use super::tables::{Drawn, Light, Located};
 pub use super::walk::clamp_u;
@@ -30,22 +30,22 @@ pub fn unit<F: Num>([x, y, z]: [F; 3]) -> ([F; 3], F::Mask) {
 
 /// Replaces the samples of the lanes of which the bits are set.
 #[inline(always)]
-pub(crate) fn settle_lanes<F: Num>(
-    u: [F; 2],
-    mut lanes: u32,
-    world: &mut [F; 3],
-    pdf: &mut F,
-    settled: impl Fn([f32; 2]) -> Sample,
-) {
+pub(crate) fn settle_lanes<F: Num>(mut lanes: u32, world: &mut [F; 3], pdf: &mut F, settled: impl Fn(usize) -> Sample) {
     while lanes != 0 {
         let lane = lanes.trailing_zeros() as usize;
         lanes &= lanes - 1;
-        let drawn = settled(u.map(|u| u.store().as_ref().get(lane).copied().unwrap_or(0.5)));
+        let drawn = settled(lane);
         for (axis, x) in world.iter_mut().zip(drawn.wi) {
             set(axis, lane, x);
         }
         set(pdf, lane, drawn.pdf);
     }
+}
+
+/// The numbers of a lane.
+#[inline(always)]
+pub(crate) fn of_lane<F: Num>(u: [F; 2], lane: usize) -> [f32; 2] {
+    u.map(|u| u.store().as_ref().get(lane).copied().unwrap_or(0.5))
 }
 
 impl Light<'_> {
@@ -176,7 +176,7 @@ impl Density for Light<'_> {
     fn sample<F: Num>(&self, frame: &Frame, u: [F; 2]) -> ([F; 3], F) {
         let (mut world, located, strayed) = self.to_world(frame, &self.draw_alone(u));
         let mut pdf = self.alone(&located);
-        settle_lanes(u, strayed, &mut world, &mut pdf, |u| self.settled(frame, u));
+        settle_lanes(strayed, &mut world, &mut pdf, |lane| self.settled(frame, of_lane(u, lane)));
         (world, pdf)
     }
 
@@ -188,21 +188,11 @@ impl Density for Light<'_> {
             let count = u.len().next_multiple_of(F::WIDTH);
             walk.begin(self, u, &mut numbers, count);
             walk.down(self, &mut numbers, None, count);
-            for (group, out) in out.chunks_mut(F::WIDTH).enumerate() {
-                let first = group * F::WIDTH;
-                let (world, pdf, mut strayed) = self.ended::<F>(frame, &walk, &numbers, first);
-                let (x, y, z, pdf) = (world[0].store(), world[1].store(), world[2].store(), pdf.store());
-                let lanes = x.as_ref().iter().zip(y.as_ref()).zip(z.as_ref()).zip(pdf.as_ref());
-                for (out, (((&x, &y), &z), &pdf)) in out.iter_mut().zip(lanes) {
-                    *out = Sample { wi: [x, y, z], pdf };
-                }
-                while strayed != 0 {
-                    let lane = strayed.trailing_zeros() as usize;
-                    strayed &= strayed - 1;
-                    if let (Some(out), Some(&u)) = (out.get_mut(lane), u.get(first + lane)) {
-                        *out = self.settled(frame, u);
-                    }
-                }
+            for (group, (u, out)) in u.chunks(F::WIDTH).zip(out.chunks_mut(F::WIDTH)).enumerate() {
+                let (mut world, mut pdf, strayed) = self.ended::<F>(frame, &walk, &numbers, group * F::WIDTH);
+                let of = |lane: usize| self.settled(frame, u.get(lane).copied().unwrap_or_default());
+                settle_lanes(strayed, &mut world, &mut pdf, of);
+                write_lanes(world, pdf, out);
             }
         }
     }
@@ -222,16 +212,7 @@ impl Density for Light<'_> {
         for (wi, out) in wi.chunks(TOGETHER).zip(out.chunks_mut(TOGETHER)) {
             for (group, wi) in wi.chunks(F::WIDTH).enumerate() {
                 let first = group * F::WIDTH;
-                let mut lanes = [F::floats(), F::floats(), F::floats()];
-                for (lane, wi) in wi.iter().enumerate() {
-                    for (lanes, &x) in lanes.iter_mut().zip(wi) {
-                        if let Some(out) = lanes.as_mut().get_mut(lane) {
-                            *out = x;
-                        }
-                    }
-                }
-                let [x, y, z] = lanes;
-                let (map, valid) = self.valid(frame, [F::load(x), F::load(y), F::load(z)]);
+                let (map, valid) = self.valid(frame, columns::<F, 3>(wi));
                 let place = self.chart.place(map);
                 let [columns, rows] = self.chart.axes;
                 let at = [columns.patch(place.position[0]), rows.patch(place.position[1])];

@@ -266,7 +266,7 @@ struct Builder<'a, 'b> {
 /// centres there are: 0 for a black map.
 ///
 /// # Errors
-/// [`Status::InvalidArgument`] for a config that is none, [`Status::MemoryTooSmall`] if an array is too short.
+/// [`Status::InvalidArgument`] for a config that is none.
 pub fn stratify(config: &Config, luminance: &[f64], scratch: &mut Scratch, centres: &mut [u32]) -> Result<usize> {
     let texels = config.texels();
     let sound_map = config.width > 0 && config.height > 0 && texels < NO_TEXEL as usize && luminance.len() == texels;
@@ -277,16 +277,6 @@ pub fn stratify(config: &Config, luminance: &[f64], scratch: &mut Scratch, centr
         && in_range(config.angle_exponent);
     if !(sound_map && sound_metric && config.levels > 0) {
         return Err(Status::InvalidArgument);
-    }
-    let long_enough = scratch.rows.len() >= config.height as usize
-        && scratch.columns.len() >= config.width as usize
-        && [scratch.component.len(), scratch.members.len(), scratch.start.len()].iter().all(|&len| len >= texels)
-        && scratch.distance.len() >= texels
-        && scratch.is_centre.len() >= texels
-        && scratch.balls.len() > texels.div_ceil(GROUP)
-        && centres.len() >= config.capacity();
-    if !long_enough {
-        return Err(Status::MemoryTooSmall);
     }
     let mut builder = Builder { config, luminance, scratch, centres, count: 0, energy: 0.0 };
     let deviation = builder.prepare();

@@ -6,7 +6,7 @@
 use super::peak::Peak;
 use super::stored::{Product, QUADS, QUADS_OF_DIVIDED, QUADS_OF_PARTS, Quad, STORED_ONE, WORDS, mean, tops};
 use crate::light::batch::{Density, each_register};
-use crate::light::density::{Inverted, clamp_u, inward, settle_lanes};
+use crate::light::density::{Inverted, clamp_u, inward, of_lane, settle_lanes};
 use crate::light::guide::ROUNDING;
 use crate::light::parts::PARTS;
 use crate::light::search::inside;
@@ -315,7 +315,7 @@ impl<'a> Shaded<'a> {
     #[inline(always)]
     fn sample_grid<F: Num>(&self, frame: &Frame, u: [F; 2]) -> ([F; 3], F) {
         let FromGrid { mut world, mut pdf, strayed, .. } = self.grid_sample(frame, u, true);
-        settle_lanes(u, strayed, &mut world, &mut pdf, |u| self.settled(frame, u));
+        settle_lanes(strayed, &mut world, &mut pdf, |lane| self.settled(frame, of_lane(u, lane)));
         (world, pdf)
     }
 
@@ -345,7 +345,7 @@ impl<'a> Shaded<'a> {
         let mut pdf = self.pdf(frame, world);
         // Rounding may lose a direction at the very border of a lobe: of such numbers, a few of 2^24, the grid makes something.
         let lost = F::bits(pdf.le(F::splat(0.0)));
-        settle_lanes(u, lost, &mut world, &mut pdf, |u| self.regain(frame, u));
+        settle_lanes(lost, &mut world, &mut pdf, |lane| self.regain(frame, of_lane(u, lane)));
         (world, pdf)
     }
 

@@ -1,9 +1,7 @@
 //! Blocks in which trees and environments are built and opened, and where their handles go.
 
-use crate::blob::Magic;
-use crate::ffi::memory::{block_mut, stored_or};
+use crate::ffi::memory::block_mut;
 use crate::ffi::{Checked, out, require_none, sized, slice};
-use crate::status::Status;
 use core::ffi::c_void;
 
 /// A whole block, to write what turns out how long it is: at most so many bytes.
@@ -18,19 +16,6 @@ pub(crate) unsafe fn room_mut<'a>(
 ) -> Checked<&'a mut [u8]> {
     // SAFETY: the caller's contract.
     unsafe { block_mut(start, bytes, bytes.min(most).min(isize::MAX as usize), argument) }
-}
-
-/// The bytes of an object in a block, which are arguments 1 and 2, from what it begins with: its length is told by its header.
-///
-/// # Safety
-/// The block is null or as long as stated, and nobody writes it meanwhile.
-pub(crate) unsafe fn stored<'a, H: Magic>(
-    start: *const c_void,
-    bytes: usize,
-    length: impl FnOnce(&H) -> Option<usize>,
-) -> Checked<&'a [u8]> {
-    // SAFETY: the caller's contract.
-    unsafe { stored_or(Status::Corrupt, start, bytes, 1, length) }
 }
 
 /// A list of wavelets, of which `disorder` finds the first that is out of order.

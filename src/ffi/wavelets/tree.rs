@@ -2,8 +2,8 @@
 
 pub use crate::wavelets::stored::TreeInfo;
 
-use crate::ffi::memory::handle;
-use crate::ffi::wavelets::memory::{Results, stored};
+use crate::ffi::memory::{handle, stored_or};
+use crate::ffi::wavelets::memory::Results;
 use crate::ffi::{Checked, Diagnostic, answer, out, put, slice, slice_mut};
 use crate::status::{Error, Status};
 use crate::wavelets::stored::{AnyTree, Header, Stored, in_units};
@@ -39,7 +39,7 @@ pub unsafe extern "C" fn wis_tree_open(
     // SAFETY: the caller's contract.
     answer(diagnostic, || unsafe {
         let results = Results::new((tree, 3), (info, 4))?;
-        let opened = Stored::open(stored(memory, bytes, Header::checked_length)?);
+        let opened = Stored::open(stored_or(Status::Corrupt, memory, bytes, 1, Header::checked_length)?);
         results.publish(memory, opened.map_err(|status| Error::new(status, 1))?.header.info())
     })
 }

@@ -1,7 +1,6 @@
 //! Visibility in 8 bits, in C.
 
-use crate::ffi::memory::{block_mut, handle};
-use crate::ffi::wavelets::memory::stored;
+use crate::ffi::memory::{block_mut, handle, stored_or};
 use crate::ffi::wavelets::tree::{Tree, integral_of, square_tree};
 use crate::ffi::wavelets::triple::sublinear;
 use crate::ffi::{Checked, Diagnostic, MemorySize, answer, out, put, put_size};
@@ -80,7 +79,8 @@ pub unsafe extern "C" fn wis_visibility_open(
     // SAFETY: the caller's contract.
     answer(diagnostic, || unsafe {
         let target = out(visibility, 3)?;
-        kernel::Visibility::open(stored(memory, bytes, Header::length)?).map_err(|status| Error::new(status, 1))?;
+        kernel::Visibility::open(stored_or(Status::Corrupt, memory, bytes, 1, Header::length)?)
+            .map_err(|status| Error::new(status, 1))?;
         target.write(memory.cast());
         Ok(())
     })

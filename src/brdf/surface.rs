@@ -1,6 +1,6 @@
 //! A point with everything computed that does not depend on wi: what its lobes reflect, and directions drawn from them.
 
-use super::ggx::Ggx;
+use super::ggx::{Ggx, Response};
 use super::lambert;
 use super::material::{Kind, MAX_LOBES};
 use super::phong::Phong;
@@ -281,7 +281,6 @@ impl Surface {
     /// mirrored. Lobe by lobe: what is read of one, and the branch to its kind, are half of what a register of directions takes.
     #[inline(always)]
     pub fn values<F: Num, L: Local<F>>(&self, d: [&[L::Given]; 3], out: &mut [f32], local: &L, scale: [f32; 2]) {
-        let zero = F::splat(0.0);
         let mut all = Values { surface: self, local, scale, d, out, first: true, last: self.count <= 1 };
         if self.count == 0 {
             all.add(|_: [F; 3]| F::splat(1.0));
@@ -289,26 +288,12 @@ impl Surface {
         // Copies: what is written must not be what is read here, or it would be read for each register again.
         for (index, &lobe) in self.lobes().enumerate() {
             (all.first, all.last) = (index == 0, index + 1 == self.count);
-            let constant = F::splat(lobe.fresnel[0]);
             match &lobe.shape {
-                LobeShape::Lambert(side) => {
-                    all.add(|[.., z]: [F; 3]| F::only(zero.lt(z * *side), constant * FRAC_1_PI));
-                }
-                LobeShape::Ggx(ggx) => all.add(|wi: [F; 3]| {
-                    let response = ggx.reflect(wi);
-                    response.value * lobe.schlick(response.cosine)
-                }),
-                LobeShape::GgxTransmission(ggx, eta) => all.add(|wi: [F; 3]| {
-                    let response = ggx.transmit(wi, *eta);
-                    response.value * lobe.schlick(response.cosine)
-                }),
-                LobeShape::Phong(phong) => {
-                    all.add(|wi: [F; 3]| F::only(zero.lt(wi[2]), constant * phong.norm() * phong.power(wi)));
-                }
-                LobeShape::PhongFromBelow(drawn) => all.add(|wi: [F; 3]| {
-                    let [x, y, z] = self.wo;
-                    F::only(zero.lt(wi[2]), constant * drawn.norm() * drawn.power_about([-x, -y, z], wi))
-                }),
+                LobeShape::Lambert(side) => all.add(|wi| lobe.diffuse(*side, wi).0),
+                LobeShape::Ggx(ggx) => all.add(|wi| lobe.glossy(&ggx.reflect(wi)).0),
+                LobeShape::GgxTransmission(ggx, eta) => all.add(|wi| lobe.glossy(&ggx.transmit(wi, *eta)).0),
+                LobeShape::Phong(phong) => all.add(|wi| lobe.phong(phong, wi).0),
+                LobeShape::PhongFromBelow(drawn) => all.add(|wi| lobe.phong_from_below(drawn, self.wo, wi).0),
             }
         }
     }
@@ -333,37 +318,14 @@ impl Surface {
         }
         let (mut value, mut pdf) = (zero, zero);
         for lobe in self.lobes() {
-            let share = F::splat(lobe.share);
-            let constant = F::splat(lobe.fresnel[0]);
-            match &lobe.shape {
-                LobeShape::Lambert(side) => {
-                    let cosine = cosine * *side;
-                    value = value + F::only(zero.lt(cosine), constant * FRAC_1_PI);
-                    pdf = pdf + share * lambert::pdf(cosine);
-                }
-                LobeShape::Ggx(ggx) => {
-                    let response = ggx.reflect(wi);
-                    value = value + response.value * lobe.schlick(response.cosine);
-                    pdf = pdf + share * response.pdf;
-                }
-                LobeShape::GgxTransmission(ggx, eta) => {
-                    let response = ggx.transmit(wi, *eta);
-                    value = value + response.value * lobe.schlick(response.cosine);
-                    pdf = pdf + share * response.pdf;
-                }
-                LobeShape::Phong(phong) => {
-                    let power = phong.power(wi);
-                    let above = zero.lt(cosine);
-                    value = value + F::only(above, constant * (phong.norm()) * power);
-                    pdf = pdf + share * (phong.pdf_norm()) * power;
-                }
-                LobeShape::PhongFromBelow(drawn) => {
-                    let [x, y, z] = self.wo;
-                    let reflected = constant * F::splat(drawn.norm()) * drawn.power_about([-x, -y, z], wi);
-                    value = value + F::only(zero.lt(cosine), reflected);
-                    pdf = pdf + share * F::splat(drawn.pdf_norm()) * drawn.power(wi);
-                }
-            }
+            let (own, density) = match &lobe.shape {
+                LobeShape::Lambert(side) => lobe.diffuse(*side, wi),
+                LobeShape::Ggx(ggx) => lobe.glossy(&ggx.reflect(wi)),
+                LobeShape::GgxTransmission(ggx, eta) => lobe.glossy(&ggx.transmit(wi, *eta)),
+                LobeShape::Phong(phong) => lobe.phong(phong, wi),
+                LobeShape::PhongFromBelow(drawn) => lobe.phong_from_below(drawn, self.wo, wi),
+            };
+            (value, pdf) = (value + own, pdf + density);
         }
         ((value * factor).min(F::splat(f32::MAX)), pdf)
     }
@@ -495,6 +457,34 @@ impl<F: Num> Apart<F> for Sample<'_, F> {
 }
 
 impl Lobe {
+    // The luminance of the BRDF in local directions, and the lobe's part of their density.
+
+    #[inline(always)]
+    fn diffuse<F: Num>(&self, side: f32, [.., z]: [F; 3]) -> (F, F) {
+        let cosine = z * side;
+        let value = F::only(F::splat(0.0).lt(cosine), F::splat(self.fresnel[0]) * FRAC_1_PI);
+        (value, F::splat(self.share) * lambert::pdf(cosine))
+    }
+
+    #[inline(always)]
+    fn glossy<F: Num>(&self, response: &Response<F>) -> (F, F) {
+        (response.value * self.schlick(response.cosine), F::splat(self.share) * response.pdf)
+    }
+
+    #[inline(always)]
+    fn phong<F: Num>(&self, phong: &Phong, wi: [F; 3]) -> (F, F) {
+        let power = phong.power(wi);
+        let value = F::splat(self.fresnel[0]) * phong.norm() * power;
+        (F::only(F::splat(0.0).lt(wi[2]), value), F::splat(self.share) * phong.pdf_norm() * power)
+    }
+
+    #[inline(always)]
+    fn phong_from_below<F: Num>(&self, drawn: &Phong, [x, y, z]: [f32; 3], wi: [F; 3]) -> (F, F) {
+        let value = F::splat(self.fresnel[0]) * drawn.norm() * drawn.power_about([-x, -y, z], wi);
+        let density = F::splat(self.share) * drawn.pdf_norm() * drawn.power(wi);
+        (F::only(F::splat(0.0).lt(wi[2]), value), density)
+    }
+
     /// The Fresnel factor for a cosine of wo and the half vector.
     #[inline(always)]
     fn schlick<F: Num>(&self, cosine: F) -> F {

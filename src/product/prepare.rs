@@ -228,6 +228,7 @@ impl Task<'_> {
             work,
             closer: [0; CLOSER],
             count: 0,
+            weight: 0.0,
             missed: 0.0,
             scale: [1.0; 2],
             darkest: 1.0,
@@ -372,10 +373,11 @@ impl<F: Num> Apart<F> for Respond<'_> {
     #[inline(always)]
     fn run(self) {
         let Respond { surface, diffuse, cone, scale, directions, out } = self;
-        let raised = Raised { axes: surface.axes(), cone };
+        // Directions are whole numbers of steps.
+        let raised = Raised { axes: surface.axes().map(|axis| axis.map(|x| x * guide::ROUNDING)), cone };
         if let Some(albedo) = diffuse {
             replace(directions, out, |_: F, [x, y, z]| {
-                dot([read::<F>(x), read(y), read(z)], raised.axes[2]) * albedo * scale[0] * scale[1]
+                dot([F::shorts(x), F::shorts(y), F::shorts(z)], raised.axes[2]) * albedo * scale[0] * scale[1]
             });
             return;
         }
@@ -404,6 +406,7 @@ impl Respond<'_> {
 
 /// Directions along the axes of a surface, raised by a cone.
 struct Raised {
+    /// Over the steps of 1.
     axes: [[f32; 3]; 3],
     cone: Option<Cone>,
 }
@@ -413,7 +416,7 @@ impl<F: Num> Local<F> for Raised {
 
     #[inline(always)]
     fn local(&self, [x, y, z]: [&[Short]; 3]) -> [F; 3] {
-        let (d, [t, b, n]) = ([read(x), read(y), read(z)], self.axes);
+        let (d, [t, b, n]) = ([F::shorts(x), F::shorts(y), F::shorts(z)], self.axes);
         let w = [dot(d, t), dot(d, b), dot(d, n)];
         match &self.cone {
             None => w,
@@ -633,7 +636,9 @@ struct Stage<'a> {
     /// Cells that were looked at more closely.
     closer: [u32; CLOSER],
     count: usize,
-    /// What their weights lack if F is everywhere as large as there.
+    /// What all cells weigh.
+    weight: f32,
+    /// What the weights of those lack if F is everywhere as large as there.
     missed: f32,
     /// What F is multiplied by: twice, since once might leave the range of floats.
     scale: [f32; 2],
@@ -750,9 +755,10 @@ impl Stage<'_> {
         let (smoothness, surface, cone, darkest) = (self.smoothness, self.surface, self.cone, F::splat(self.darkest));
         let (is_narrow, is_diffuse) = (self.peak != [0.0; 3], self.smoothness == Smoothness::Diffuse);
         let groups = leaves.iter_mut().zip(self.guide.columns()).zip(self.guide.masses());
+        let mut sums = [zero; REGISTERS];
         let Work { values, floors, weights, worth, .. } = &mut *self.work;
         for (group, ((out, columns), mass)) in groups.enumerate() {
-            for first in places::<F>() {
+            for (first, sum) in places::<F>().zip(&mut sums) {
                 let at = group * GROUP + first;
                 let cones = Cones::<F>::new(columns, first);
                 let counts = cones.reach(surface, cone);
@@ -774,6 +780,7 @@ impl Stage<'_> {
                 let least = F::only(F::and(counts, floor.lt(least)), least);
                 let mass = F::at(mass, first);
                 let weight = mass * mean;
+                *sum = *sum + weight;
                 floor.write(floors, at);
                 weight.write(weights, at);
                 smoothness.worth(weight, mass, least).write(worth, at);
@@ -794,6 +801,7 @@ impl Stage<'_> {
                 }
             }
         }
+        self.weight = sum(sums);
     }
 
     /// F in directions of map space.
@@ -887,18 +895,11 @@ impl Stage<'_> {
     /// Chooses the cells whose division is worth most.
     #[inline(always)]
     fn choose<F: Num>(&self, chosen: &mut [u64]) {
-        let cells = self.guide.cells();
-        let (weights, worth) = (&self.work.weights, &self.work.worth);
-        let mut sums = [F::splat(0.0); REGISTERS];
-        for weights in weights.chunks_exact(GROUP).take(cells / GROUP) {
-            for (weights, sum) in weights.chunks_exact(F::WIDTH).zip(&mut sums) {
-                *sum = *sum + F::read(weights);
-            }
-        }
         let (share, _) = self.smoothness.thresholds();
-        let least = share * (sum(sums) + self.missed);
+        let least = share * (self.weight + self.missed);
         let mut count = 0;
-        for (place, worth) in worth.chunks_exact(F::WIDTH).take(cells / F::WIDTH).enumerate() {
+        let worth = self.work.worth.chunks_exact(F::WIDTH).take(self.guide.cells() / F::WIDTH);
+        for (place, worth) in worth.enumerate() {
             let mut bits = F::bits(F::splat(least).lt(F::read(worth)));
             while bits != 0 {
                 let lane = bits.trailing_zeros();

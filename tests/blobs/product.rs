@@ -9,6 +9,7 @@ use wis::ffi::product::*;
 use wis::ffi::sampler::{SamplerConfig, SamplerObject, wis_sampler_init, wis_sampler_size};
 use wis::ffi::sampling::{wis_invert, wis_pdf, wis_sample};
 use wis::ffi::{Diagnostic, MemorySize};
+use wis::light::guide::value;
 use wis::light::parts::PARTS;
 use wis::product::info::GridInfo;
 use wis::product::stored::{Header, Places, QUADS, QUADS_OF_PARTS, Quad};
@@ -192,7 +193,8 @@ fn borders_that_the_light_does_not_have_are_refused() {
     let (end, border) = (ends + 4 * PARTS, offset(places(&even).borders) + 2 * PARTS);
     let number = |at| f32::from_bits(word(&even, at));
     let step = |at: usize| i16::from_ne_bytes(even[at..at + 2].try_into().unwrap());
-    assert_eq!((step(border), number(end)), (1 << 13, 0.25 * number(end + 4 * (PARTS - 1))));
+    // F is even: a part has as much of its row's sum as of its width.
+    assert_eq!(number(end), value(step(border)) * number(end + 4 * (PARTS - 1)));
     assert_eq!(KIND.open_sealed(&even), Status::Ok);
     let mut alone = even.clone();
     put(&mut alone, border, &(step(border) / 2).to_ne_bytes());

@@ -21,8 +21,6 @@ use wis_ffi_tests::paper::{Paper, columns};
 use wis_ffi_tests::scene::{Scene, ShadingPoint};
 use wis_ffi_tests::structured::{How, Lights, Picture, Raster, Source, coloured, picture};
 
-/// Rows of the maps that are not lat-long to begin with: twice as many texels as Galileo's 1024 x 1024 probe.
-const ROWS: usize = 1024;
 /// How much larger an error may be that counts as equal.
 const EQUAL: f64 = 1.1;
 /// Pixels of the paper's pictures of teapot and buddha, in millions.
@@ -55,8 +53,7 @@ pub struct Map {
 impl Map {
     /// A map beside the project, or the project's room.
     pub fn load(name: &str) -> Result<Map> {
-        let light = data::light(name)?.to_latlong(ROWS);
-        Ok(Map { light, colours: data::colours(name)?.map(|channel| channel.to_latlong(ROWS)) })
+        Ok(Map { light: data::light(name)?, colours: data::colours(name)? })
     }
 }
 

@@ -20,7 +20,16 @@ pub fn pixel_seed(x: u32, y: u32, pass: u32) -> u32 {
 /// A seed for a further pair of dimensions of the points with `seed`; `dimension` 0 is the first further pair.
 #[inline]
 pub fn dimension_seed(seed: u32, dimension: u32) -> u32 {
-    mix(seed ^ mix(dimension.wrapping_add(0x9e37_79b9)))
+    mix(seed ^ mix(dimension.wrapping_add(STEP)))
+}
+
+/// The step of Weyl's sequence: 2^32 over the golden ratio.
+const STEP: u32 = 0x9e37_79b9;
+
+/// The seeds with these numbers of those that come of one seed which is a hash itself: Weyl's sequence, mixed.
+#[inline(always)]
+pub(crate) fn further_seeds<W: Whole>(seed: u32, numbers: W) -> W {
+    mixed(W::splat(seed) + numbers * W::splat(STEP))
 }
 
 /// Point `index` of the Hammersley set of `total` points: ((index + 1/2) / total, radical inverse in base 2).
@@ -34,28 +43,27 @@ pub fn hammersley(index: u32, total: u32) -> [f32; 2] {
 /// Point `index` of the Owen-scrambled Sobol (0,2)-sequence of a seed. Any index, in any order.
 #[inline]
 pub fn sobol(seed: u32, index: u32) -> [f32; 2] {
-    sobol_in_order(seed, permute(index.reverse_bits(), mix(seed)).reverse_bits())
+    let [order] = <f32 as Num>::ints_of(shuffled(<f32 as Num>::whole([index]), mix(seed)));
+    sobol_in_order(seed, order)
 }
 
 /// Point `order` of the Owen-scrambled Sobol sequence of a seed, whose order is not shuffled.
 #[inline(always)]
 pub(crate) fn sobol_in_order(seed: u32, order: u32) -> [f32; 2] {
-    sobol_points::<f32>(seed, <f32 as Num>::whole([order]))
-}
-
-/// The points with these numbers of the Owen-scrambled Sobol sequence of a seed, whose order is not shuffled.
-#[inline(always)]
-pub(crate) fn sobol_points<F: Num>(seed: u32, order: F::Whole) -> [F; 2] {
-    let x = permuted(order, mix(seed ^ 0x5851_f42d));
-    let y = permuted(pascal(order), mix(seed ^ 0x1405_7b7e));
+    let [x, y] = sobol_fractions([0x5851_f42d, 0x1405_7b7e].map(|of| mix(seed ^ of)), <f32 as Num>::whole([order]));
     [centres(x), centres(y)]
 }
 
-/// The centres of the cells of 2^-23 that hold fractions, whose digits stand least significant first.
+/// The points with these numbers of the Sobol sequence, scrambled by the seeds of its coordinates: fractions of 32 bits.
 #[inline(always)]
-fn centres<F: Num>(digits: F::Whole) -> F {
-    let cell = digits.reverse_bits().shr::<9>().shl::<1>() + F::Whole::splat(1);
-    F::of_whole(cell) * (1.0 / 16_777_216.0)
+pub(crate) fn sobol_fractions<W: Whole>([x, y]: [u32; 2], order: W) -> [W; 2] {
+    [permuted(order, x).reverse_bits(), permuted(pascal(order), y).reverse_bits()]
+}
+
+/// The centres of the cells of 2^-23 that hold fractions of 32 bits.
+#[inline(always)]
+pub(crate) fn centres<F: Num>(fraction: F::Whole) -> F {
+    F::of_whole(fraction.shr::<9>().shl::<1>() + F::Whole::splat(1)) * (1.0 / 16_777_216.0)
 }
 
 /// The digits of the second Sobol coordinate, least significant first: digit j is the parity of the digits i of
@@ -100,7 +108,7 @@ pub(crate) fn third_sobol(index: u32) -> u32 {
 
 /// A permutation in which each bit depends on itself and lower bits: Burley 2020, Section 3 (constants from there).
 #[inline(always)]
-fn permuted<W: Whole>(x: W, seed: u32) -> W {
+pub(crate) fn permuted<W: Whole>(x: W, seed: u32) -> W {
     let x = x + W::splat(seed);
     // Without a closure: that would be compiled for the baseline's instructions.
     let x = x ^ (x * W::splat(0x6c50_b47c));
@@ -109,18 +117,24 @@ fn permuted<W: Whole>(x: W, seed: u32) -> W {
     x ^ (x * W::splat(0x8d22_f6e6))
 }
 
-/// The permutation of one number.
+/// A permutation in which each bit depends on itself and higher bits: a nested uniform scramble.
 #[inline(always)]
-pub(crate) fn permute(x: u32, seed: u32) -> u32 {
-    let [permuted] = <f32 as Num>::ints_of(permuted(<f32 as Num>::whole([x]), seed));
-    permuted
+pub(crate) fn shuffled<W: Whole>(x: W, seed: u32) -> W {
+    permuted(x.reverse_bits(), seed).reverse_bits()
 }
 
 /// An integer hash with nearly ideal avalanche (Wellons 2018, "lowbias32").
+#[inline(always)]
+fn mixed<W: Whole>(x: W) -> W {
+    let x = (x ^ x.shr::<16>()) * W::splat(0x7feb_352d);
+    let x = (x ^ x.shr::<15>()) * W::splat(0x846c_a68b);
+    x ^ x.shr::<16>()
+}
+
+/// The hash of one number.
 fn mix(x: u32) -> u32 {
-    let x = (x ^ (x >> 16)).wrapping_mul(0x7feb_352d);
-    let x = (x ^ (x >> 15)).wrapping_mul(0x846c_a68b);
-    x ^ (x >> 16)
+    let [mixed] = <f32 as Num>::ints_of(mixed(<f32 as Num>::whole([x])));
+    mixed
 }
 
 /// The centre of the cell of 2^-23 that holds a fraction of 32 bits.

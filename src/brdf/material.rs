@@ -194,6 +194,13 @@ impl Material {
         self.hash
     }
 
+    /// [`Material::transmits`] and [`Material::is_anisotropic`], in one pass.
+    #[inline(always)]
+    pub fn kinds(&self) -> (bool, bool) {
+        let of = |lobe: &Shape| (lobe.kind.transmits(), lobe.kind.is_ggx() & (lobe.a != lobe.b));
+        self.lobes().iter().map(of).fold((false, false), |all, own| (all.0 | own.0, all.1 | own.1))
+    }
+
     /// Whether a lobe lies on the side opposite to wo.
     pub fn transmits(&self) -> bool {
         self.lobes().iter().any(|lobe| lobe.kind.transmits())

@@ -57,6 +57,11 @@ pub struct Surface {
     least_alpha: f32,
 }
 
+/// Whether numbers are from 0 to a positive one: by their bits, but for -0.
+fn are_up_to(most: f32, numbers: &[f32; 3]) -> bool {
+    numbers.iter().all(|x| x.to_bits() <= most.to_bits()) || numbers.iter().all(|x| (0.0..=most).contains(x))
+}
+
 fn luminance(rgb: [f32; 3]) -> f32 {
     min(numeric::luminance(rgb), f32::MAX)
 }
@@ -80,7 +85,7 @@ fn reflectance(fresnel: [f32; 2], cosine: f32) -> f32 {
 
 /// The share of one of some lobes in what they scatter together: equal shares if that is nothing or too much.
 fn share(own: f32, total: f32, lobes: usize) -> f32 {
-    if total > 0.0 && total < f32::MAX { own / total } else { 1.0 / lobes as f32 }
+    if total > 0.0 && total < f32::MAX { own / total } else { 1.0 / lobes as i32 as f32 }
 }
 
 /// About the share of each lobe in what a point scatters, seen at a cosine above 0: those of [`Surface::shares`], without the rest.
@@ -136,11 +141,11 @@ impl Surface {
         let normal = to_map(unit(point.normal).ok_or(Error::transform(c"normal"))?);
         let view = to_map(unit(point.wo).ok_or(Error::transform(c"wo"))?);
         let material = point.material;
-        self.whole = point.whole_sphere || material.transmits();
+        let (transmits, is_anisotropic) = material.kinds();
+        self.whole = point.whole_sphere || transmits;
         self.cosine_included = point.cosine_included;
         let normal = if self.whole && view.dot(normal) < 0.0 { -normal } else { normal };
-        let tangent =
-            tangent(normal, point.tangent, frame, material.is_anisotropic()).ok_or(Error::transform(c"tangent"))?;
+        let tangent = tangent(normal, point.tangent, frame, is_anisotropic).ok_or(Error::transform(c"tangent"))?;
         let bitangent = normal.cross(tangent);
         self.wo = [view.dot(tangent), view.dot(bitangent), view.dot(normal)];
         self.axes = [tangent.to_array(), bitangent.to_array(), normal.to_array()];
@@ -152,20 +157,12 @@ impl Surface {
         for (index, ((lobe, shape), (weight, f0))) in
             self.lobes.iter_mut().zip(material.lobes()).zip(parameters).enumerate()
         {
-            if !weight.iter().all(|w| (0.0..=f32::MAX).contains(w)) {
+            if !are_up_to(f32::MAX, weight) {
                 return Err(Error::range(c"weight").in_row(index));
             }
-            if shape.kind.is_ggx() && !f0.iter().all(|f| (0.0..=1.0).contains(f)) {
+            if shape.kind.is_ggx() && !are_up_to(1.0, f0) {
                 return Err(Error::range(c"f0").in_row(index));
             }
-            let shaped = match shape.kind {
-                Kind::Ggx => LobeShape::Ggx(Ggx::new([shape.a, shape.b], seen)),
-                Kind::Phong if above => LobeShape::Phong(Phong::new(shape.a, self.wo)),
-                Kind::Phong => LobeShape::PhongFromBelow(Phong::drawn(shape.a, self.wo)),
-                Kind::GgxTransmission => LobeShape::GgxTransmission(Ggx::new([shape.a, shape.b], seen), shape.eta),
-                Kind::LambertTransmission => LobeShape::Lambert(-UPPER),
-                _ => LobeShape::Lambert(UPPER),
-            };
             // From below no microfacet is visible, but clients evaluate other lobes there as from above.
             let [x, y, _] = self.wo;
             let visible = above
@@ -182,7 +179,18 @@ impl Surface {
                     self.least_alpha = min(self.least_alpha, shape.alpha());
                 }
             }
-            *lobe = Some(Lobe { shape: shaped, fresnel, share, inverse: 1.0 });
+            let lobe = lobe.insert(Lobe { shape: LobeShape::Lambert(UPPER), fresnel, share, inverse: 1.0 });
+            // Written over that for others alone: together, all kinds would write as much as the longest one.
+            match shape.kind {
+                Kind::Ggx => lobe.shape = LobeShape::Ggx(Ggx::new([shape.a, shape.b], seen)),
+                Kind::Phong if above => lobe.shape = LobeShape::Phong(Phong::new(shape.a, self.wo)),
+                Kind::Phong => lobe.shape = LobeShape::PhongFromBelow(Phong::drawn(shape.a, self.wo)),
+                Kind::GgxTransmission => {
+                    lobe.shape = LobeShape::GgxTransmission(Ggx::new([shape.a, shape.b], seen), shape.eta);
+                }
+                Kind::LambertTransmission => lobe.shape = LobeShape::Lambert(-UPPER),
+                _ => {}
+            }
         }
         if !above && !(total > 0.0) {
             // As without lobes.

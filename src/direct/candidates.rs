@@ -5,17 +5,16 @@
 //! Guibas 1995) a function of the radiance there stands for the density of the light, the same for all sources: so parts of the techniques add
 //! up to 1 everywhere, and no direction is ever looked for among the strata (rule 24).
 //!
-//! Candidates stand in order: those of the light along the kD-tree of the strata, those of the lobes along a Morton curve of their numbers.
+//! Candidates stand in the order of their first numbers: those of the light along the kD-tree of the strata, those of a lobe about its axis.
 //! Systematic picks are then spread over directions, also over those of other hits of the pixel (rule 39).
 
 use super::group::Group;
-use super::joint::{Points, Set};
-use super::place::place;
+use super::joint::{Points, Set, Sets};
 use super::portals::Portals;
 use crate::brdf::point::Target;
 use crate::brdf::surface::Surface;
 use crate::light::radiance::Source;
-use crate::simd::{Compute, GROUP, Num, places};
+use crate::simd::{GROUP, Num, places};
 use crate::sphere::{Frame, octahedral_square};
 use crate::visibility::{CELLS, Factors, cells};
 
@@ -52,8 +51,6 @@ pub struct Draw<'a> {
     pub light: &'a Source<'a>,
     /// The point, in map space.
     pub surface: &'a Surface,
-    /// Its random numbers.
-    pub points: Points,
     /// From map space to the world.
     pub frame: &'a Frame,
     /// How many candidates come from each source.
@@ -68,38 +65,6 @@ pub struct Draw<'a> {
     pub portals: Option<&'a Portals>,
 }
 
-/// Draws all candidates into room for as many.
-pub struct DrawInto<'a>(pub &'a Draw<'a>, pub &'a mut [Group]);
-
-impl Compute for DrawInto<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<F: Num>(self) {
-        let DrawInto(of, groups) = self;
-        let [light, lobes, portals] = of.counts.groups();
-        let (of_light, rest) = groups.split_at_mut_checked(light).unwrap_or_default();
-        let of_lobes = rest.get_mut(..lobes).unwrap_or_default();
-        place::<F, 2>(&of.points, [(Set::Light, of_light), (Set::Lobes, of_lobes)]);
-        // Whole numbers of 32 bits become numbers in one instruction.
-        let counted = [light, lobes, portals].map(|groups| (GROUP * groups) as i32 as f32);
-        for (number, group) in groups.iter_mut().enumerate() {
-            let set = match number {
-                _ if number < light => Set::Light,
-                _ if number < light + lobes => Set::Lobes,
-                _ => Set::Portals,
-            };
-            let numbers = group.numbers::<F>();
-            for (at, numbers) in places::<F>().zip(numbers) {
-                let drawn = of.draw(set, numbers, (group, at), counted);
-                group.put_direction(at, drawn.direction);
-                drawn.density.write(&mut group.density, at);
-                drawn.weight.write(&mut group.weight, at);
-            }
-        }
-    }
-}
-
 /// Candidates, one for each lane.
 struct Drawn<F: Num> {
     direction: [F; 3],
@@ -108,6 +73,33 @@ struct Drawn<F: Num> {
 }
 
 impl Draw<'_> {
+    /// Draws all candidates into room for as many; `sets` has as many points as there are candidates of the light.
+    #[inline(always)]
+    pub fn fill<F: Num>(&self, points: &Points, mut sets: Sets, groups: &mut [Group]) {
+        let [light, lobes, portals] = self.counts.groups();
+        // Whole numbers of 32 bits become numbers in one instruction.
+        let counted = [light, lobes, portals].map(|groups| (GROUP * groups) as i32 as f32);
+        let (mut set, mut first) = (Set::Light, 0);
+        for (number, group) in groups.iter_mut().enumerate() {
+            if number == light {
+                (set, first) = (Set::Lobes, 0);
+                if lobes != light {
+                    sets = points.sets::<F>(self.counts.lobes);
+                }
+            }
+            if number == light + lobes {
+                set = Set::Portals;
+            }
+            for at in places::<F>() {
+                let drawn = self.draw::<F>(set, sets.at(set, first + at as u32), (group, at), counted);
+                group.put_direction(at, drawn.direction);
+                drawn.density.write(&mut group.density, at);
+                drawn.weight.write(&mut group.weight, at);
+            }
+            first += GROUP as u32;
+        }
+    }
+
     /// Weighs candidates of one source, which are drawn for two numbers of each; those of portals are given as directions. `counted`: how many
     /// candidates each source has.
     #[inline(always)]
@@ -187,6 +179,7 @@ pub fn favour_portals(groups: &mut [Group]) {
 }
 
 /// Multiplies the weights of all candidates that count by the client's target. `None` if that failed.
+#[inline(never)]
 pub fn weigh_by(groups: &mut [Group], target: &dyn Target, frame: &Frame) -> Option<()> {
     let mut candidates = groups.iter_mut().flat_map(Group::each).filter(|(_, density, _)| **density < f32::INFINITY);
     loop {

@@ -1,13 +1,13 @@
 //! Candidates side by side: what a register computes with stands together, and so does what a pick reads.
 
-use crate::simd::{GROUP, Num, REGISTERS, places};
+use crate::simd::{GROUP, Num};
 use bytemuck::{Pod, Zeroable};
 
 /// Some candidates of a hit, component by component.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 pub struct Group {
-    /// Directions in map space; before, those of portals, and of each other candidate two numbers side by side.
+    /// Directions in map space; of portals also before candidates are weighed.
     pub direction: [[f32; GROUP]; 3],
     /// Densities with counts: what a candidate's target is divided by; infinite where a direction does not count. With portals, negative
     /// outside all of them until [`favour_portals`](super::candidates::favour_portals).
@@ -17,17 +17,6 @@ pub struct Group {
 }
 
 impl Group {
-    /// The two numbers of each candidate, register by register.
-    #[inline(always)]
-    pub fn numbers<F: Num>(&self) -> [[F; 2]; REGISTERS] {
-        let pairs: &[[f32; 2]; 3 * GROUP / 2] = bytemuck::cast_ref(&self.direction);
-        let mut numbers = [[F::splat(0.0); 2]; REGISTERS];
-        for (at, numbers) in places::<F>().zip(&mut numbers) {
-            *numbers = F::read_pairs(pairs.get(at..).unwrap_or(&[]));
-        }
-        numbers
-    }
-
     /// The directions from a candidate on.
     #[inline(always)]
     pub fn directions<F: Num>(&self, at: usize) -> [F; 3] {

@@ -10,7 +10,6 @@ pub mod effort;
 pub mod group;
 pub mod joint;
 pub mod pick;
-pub mod place;
 pub mod portals;
 pub mod ray;
 pub mod sampler;

@@ -2,8 +2,7 @@
 
 use super::Ray;
 use super::group::Group;
-use super::joint::Points;
-use crate::simd::{Compute, Four, GROUP, Num};
+use crate::simd::{Four, GROUP, Num};
 use crate::sphere::Frame;
 
 /// The share of the mean weight that every candidate has at least, so that a client whose BRDF or radiance is another than the
@@ -21,37 +20,16 @@ const LARGEST: f32 = 1e25;
 /// Shares of it, such as a ray's and the least weight, are still normal numbers.
 const SMALLEST: f32 = 1e-30;
 
-/// Picks as many candidates as there is room for rays, merged where one is picked more than once, and writes a ray for each.
-pub struct Pick<'a> {
-    /// The candidates.
-    pub groups: &'a mut [Group],
-    /// From map space to the world.
-    pub frame: &'a Frame,
-    /// The random numbers of the hit.
-    pub points: Points,
-    /// How many candidates a set has.
-    pub count: usize,
-    /// Groups of the light, which stand first and have their share of the picks; 0: they have none.
-    pub light: usize,
-    /// The least weight, as a share of the mean.
-    pub floor: f32,
-    /// The rays.
-    pub out: &'a mut [Ray],
-}
-
-impl Compute for Pick<'_> {
-    type Output = usize;
-
-    /// How many rays there are.
-    #[inline(always)]
-    fn run<F: Num>(self) -> usize {
-        let Pick { groups, frame, points, count, light, floor, out } = self;
-        pick(groups, light, floor, out.len(), points.pick(count), |ray, direction, weight| {
-            if let Some(out) = out.get_mut(ray) {
-                *out = Ray { wi: frame.to_world(direction), weight };
-            }
-        })
-    }
+/// Picks as many candidates as there is room for rays, merged where one is picked more than once, and writes a ray for each. Answers how many
+/// there are. `light`: groups of the light, which stand first and have their share of the picks, or 0: they have none. `floor`: the least weight,
+/// as a share of the mean. `u`: the number of the pick.
+#[inline(always)]
+pub fn pick_rays(groups: &mut [Group], light: usize, floor: f32, u: f32, frame: &Frame, out: &mut [Ray]) -> usize {
+    pick(groups, light, floor, out.len(), u, |ray, direction, weight| {
+        if let Some(out) = out.get_mut(ray) {
+            *out = Ray { wi: frame.to_world(direction), weight };
+        }
+    })
 }
 
 /// Picks `rays` candidates, merged where one is picked more than once, and hands their number, direction and weight to `put`.
@@ -65,13 +43,13 @@ pub fn pick(
     u: f32,
     mut put: impl FnMut(usize, [f32; 3], f32),
 ) -> usize {
-    let total = sum_up(groups, light, OF_LIGHT.min(1.0 / rays as f32), floor);
+    let total = sum_up(groups, light, OF_LIGHT.min(1.0 / number(rays)), floor);
     if !(total > 0.0) {
         return 0;
     }
     let groups: &[Group] = groups;
-    let step = total / rays as f32;
-    let threshold = |taken: usize| (taken as f32 + u) * step;
+    let step = total / number(rays);
+    let threshold = |taken: usize| (number(taken) + u) * step;
     let sum = |index: usize| groups.get(index / GROUP).map_or(0.0, |group| group.weight[index % GROUP]);
     let (mut from, mut taken, mut written) = (0, 0, 0);
     while taken < rays {
@@ -86,7 +64,7 @@ pub fn pick(
         }
         let density = (end - before) * group.density[index % GROUP];
         let [x, y, z] = &group.direction;
-        let weight = ((taken - first) as f32 * step / density).min(f32::MAX);
+        let weight = (number(taken - first) * step / density).min(f32::MAX);
         put(written, [x[index % GROUP], y[index % GROUP], z[index % GROUP]], weight);
         written += 1;
         from = index;
@@ -97,6 +75,12 @@ pub fn pick(
 /// [`FLOOR`] where earlier passes saw little of the light: what weighs much there is mostly blocked, and light arrives from elsewhere. With 4 rays
 /// in rooms of one to four openings, variance x time is 0.88 times that of 0.05 in both metrics; one of 1 is worse than 0.05.
 pub const FLOOR_IN_THE_DARK: f32 = 0.25;
+
+/// A count as a number: of 32 bits, in one instruction.
+#[inline(always)]
+fn number(count: usize) -> f32 {
+    count as i32 as f32
+}
 
 /// The places in a group at which four numbers begin.
 const FOURS: [usize; GROUP / Four::WIDTH] = {
@@ -136,7 +120,7 @@ fn sum_up(groups: &mut [Group], light: usize, share: f32, floor: f32) -> f32 {
     let sum = of_light * growth + of_others;
     // Without any target every candidate that counts is as good as another.
     let (scale, least) =
-        if sum > SMALLEST && sum < LARGEST { (1.0, floor * sum / (GROUP * groups.len()) as f32) } else { (0.0, 1.0) };
+        if sum > SMALLEST && sum < LARGEST { (1.0, floor * sum / number(GROUP * groups.len())) } else { (0.0, 1.0) };
     if growth > 1.0 && scale > 0.0 {
         raise(groups.get_mut(..light).unwrap_or_default(), growth);
     }

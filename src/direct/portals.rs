@@ -7,11 +7,11 @@
 
 use super::group::Group;
 use super::joint::{Points, Set};
-use super::place::place;
+use super::sampler::Sequence;
 use crate::brdf::point::Point;
 use crate::brdf::portal::{MAX_PORTALS, Portal};
 use crate::brdf::vector::dot;
-use crate::simd::{Apart, Compute, Level, Num, Whole, compute, places};
+use crate::simd::{Apart, Compute, GROUP, Level, Num, Whole, compute, places};
 use crate::sphere::Frame;
 use crate::sphere::sin_cos_quarters;
 use crate::status::Error;
@@ -139,8 +139,8 @@ impl Portals {
 
     /// Writes the directions of candidates in map space.
     #[inline(never)]
-    pub fn enter(&self, points: &Points, out: &mut [Group]) {
-        compute(Level::BASELINE, Enter { portals: self, points, out });
+    pub fn enter(&self, at: Sequence, out: &mut [Group]) {
+        compute(Level::BASELINE, Enter { portals: self, at, out });
     }
 
     /// The density of candidates at directions of map space; 0 outside.
@@ -172,7 +172,7 @@ impl<F: Num> Apart<F> for Density<'_, F> {
 /// Draws the candidates of portals: at the width of any processor, since few calls have portals.
 struct Enter<'a> {
     portals: &'a Portals,
-    points: &'a Points,
+    at: Sequence,
     /// A power of two of groups.
     out: &'a mut [Group],
 }
@@ -182,11 +182,11 @@ impl Compute for Enter<'_> {
 
     #[inline(always)]
     fn run<F: Num>(self) {
-        let Enter { portals, points, out } = self;
-        place::<F, 1>(points, [(Set::Portals, &mut *out)]);
-        for group in out {
-            for (at, numbers) in places::<F>().zip(group.numbers()) {
-                group.put_direction(at, portals.sample::<F>(numbers));
+        let Enter { portals, at, out } = self;
+        let sets = Points::new::<F>(at).sets::<F>(GROUP * out.len());
+        for (first, group) in (0..).step_by(GROUP).zip(out) {
+            for place in places::<F>() {
+                group.put_direction(place, portals.sample::<F>(sets.at(Set::Portals, first + place as u32)));
             }
         }
     }

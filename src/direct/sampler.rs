@@ -1,17 +1,17 @@
 //! The working memory of one thread: its CPU level, its configuration, and room for candidates.
 
 use super::Ray;
-use super::candidates::{Draw, DrawInto, favour_portals, weigh_by};
+use super::candidates::{Draw, favour_portals, weigh_by};
 use super::effort::Effort;
 use super::group::Group;
 use super::joint::Points;
-use super::pick::{FLOOR, FLOOR_IN_THE_DARK, Pick};
+use super::pick::{FLOOR, FLOOR_IN_THE_DARK, pick_rays};
 use super::portals::Portals;
 use super::shared::{self, Shared};
-use crate::brdf::point::Point;
+use crate::brdf::point::{Point, Target};
 use crate::brdf::surface::Surface;
 use crate::light::environment::Environment;
-use crate::simd::{GROUP, Level, compute};
+use crate::simd::{Compute, GROUP, Level, Num, compute};
 use crate::status::{Error, Status};
 use crate::visibility::is_dark;
 use bytemuck::{Pod, Zeroable};
@@ -157,54 +157,50 @@ impl<'a> Sampler<'a> {
         if rays == 0 || !(environment.header().power > 0.0) {
             return check(environment, point).map(|_| 0);
         }
-        let points = Points::new(at.seed, at.sample, at.bounce);
         let out = out.get_mut(..rays).unwrap_or_default();
-        let serves = point.portals.is_empty() && shared::serves(environment, point, at.bounce);
-        let shares = self.shared.as_mut().filter(|_| serves);
+        if !point.portals.is_empty() {
+            return self.through(environment, point, at, out);
+        }
+        let shares = self.shared.as_mut().filter(|_| shared::serves(environment, point, at.bounce));
         if let Some(shared) = shares
             && shared::is_wide(check(environment, point)?)
         {
+            let points = Points::new::<f32>(at);
             if let Some(count) = shared.direct(self.level, environment, point, &points, self.scratch, out)? {
                 return Ok(count);
             }
         }
-        let call = Call { level: self.level, config: self.config, environment, point, points };
-        if point.portals.is_empty() { call.rays(self.scratch, out, None) } else { call.through(self.scratch, out) }
+        self.rays(environment, point, at, out, None)
     }
-}
 
-/// The least alpha of lobes that scatter, or what is wrong with a point.
-#[inline(never)]
-fn check(environment: &Environment<'_>, point: &Point<'_>) -> Result<f32, Error> {
-    Portals::new(point, &environment.frame())?;
-    Surface::new(point, &environment.frame()).map(|surface| surface.least_alpha())
-}
-
-/// A call whose rays are picked among candidates.
-struct Call<'a> {
-    level: Level,
-    config: Config,
-    environment: &'a Environment<'a>,
-    point: &'a Point<'a>,
-    points: Points,
-}
-
-impl Call<'_> {
-    /// As [`Call::rays`], of a point with portals.
+    /// As [`Sampler::rays`], of a point with portals.
     #[inline(never)]
-    fn through(&self, scratch: &mut [f32], out: &mut [Ray]) -> Result<usize, Error> {
-        let portals = Portals::new(self.point, &self.environment.frame())?;
+    fn through(
+        &mut self,
+        environment: &Environment<'_>,
+        point: &Point<'_>,
+        at: Sequence,
+        out: &mut [Ray],
+    ) -> Result<usize, Error> {
+        let portals = Portals::new(point, &environment.frame())?;
         match portals.is_empty() {
-            true if portals.complete => check(self.environment, self.point).map(|_| 0),
-            true => self.rays(scratch, out, None),
-            false => self.rays(scratch, out, Some(&portals)),
+            true if portals.complete => check(environment, point).map(|_| 0),
+            true => self.rays(environment, point, at, out, None),
+            false => self.rays(environment, point, at, out, Some(&portals)),
         }
     }
 
-    /// As many rays as there is room for. Apart from the preparation, so that the two share the stack.
+    /// As many rays as there is room for, picked among candidates. Apart from the preparation, so that the two share the stack.
     #[inline(never)]
-    fn rays(&self, scratch: &mut [f32], out: &mut [Ray], portals: Option<&Portals>) -> Result<usize, Error> {
-        let &Call { level, config, environment, point, points } = self;
+    fn rays(
+        &mut self,
+        environment: &Environment<'_>,
+        point: &Point<'_>,
+        at: Sequence,
+        out: &mut [Ray],
+        portals: Option<&Portals>,
+    ) -> Result<usize, Error> {
+        let Sampler { level, config, scratch, .. } = self;
         let frame = &environment.frame();
         let mut surface = Surface::empty();
         surface.set(point, frame)?;
@@ -218,21 +214,54 @@ impl Call<'_> {
         let groups: &mut [Group] = groups.and_then(|room| bytemuck::try_cast_slice_mut(room).ok()).unwrap_or_default();
         let light = &environment.source();
         let (without_lobes, seen) = (targeted, point.seen);
-        let draw = Draw { light, surface, points, frame, counts, without_lobes, compensated, seen, portals };
+        let draw = Draw { light, surface, frame, counts, without_lobes, compensated, seen, portals };
         if let Some(portals) = portals {
-            portals.enter(&points, groups.get_mut((counts.light + counts.lobes) / GROUP..).unwrap_or_default());
-        }
-        compute(level, DrawInto(&draw, groups));
-        if let Some(target) = point.target {
-            weigh_by(groups, target, frame).ok_or(Error::new(Status::CallbackFailed, 0).of(c"target"))?;
-        }
-        if portals.is_some() {
-            favour_portals(groups);
+            portals.enter(at, groups.get_mut((counts.light + counts.lobes) / GROUP..).unwrap_or_default());
         }
         let floor = if dark { FLOOR_IN_THE_DARK } else { FLOOR };
         // Portals share rays out by themselves; of a compensated light all candidates look for the same lamps.
         let shares = portals.is_none() && !compensated && config.shares_out(out.len());
         let light = if shares { counts.light / GROUP } else { 0 };
-        Ok(compute(level, Pick { groups, frame, points, count: counts.light, light, floor, out }))
+        let picked = compute(*level, Trace { draw, at, groups, target: point.target, light, floor, out });
+        picked.ok_or(Error::new(Status::CallbackFailed, 0).of(c"target"))
+    }
+}
+
+/// The least alpha of lobes that scatter, or what is wrong with a point.
+#[inline(never)]
+fn check(environment: &Environment<'_>, point: &Point<'_>) -> Result<f32, Error> {
+    Portals::new(point, &environment.frame())?;
+    Surface::new(point, &environment.frame()).map(|surface| surface.least_alpha())
+}
+
+/// Draws candidates and picks rays among them: one function of a level, so that little goes from one to the other through memory.
+struct Trace<'a> {
+    draw: Draw<'a>,
+    at: Sequence,
+    groups: &'a mut [Group],
+    target: Option<&'a dyn Target>,
+    /// Groups of the light that have a share of the picks.
+    light: usize,
+    floor: f32,
+    out: &'a mut [Ray],
+}
+
+impl Compute for Trace<'_> {
+    type Output = Option<usize>;
+
+    /// How many rays there are; `None` if the target failed.
+    #[inline(always)]
+    fn run<F: Num>(self) -> Option<usize> {
+        let Trace { draw, at, groups, target, light, floor, out } = self;
+        let points = Points::new::<F>(at);
+        let sets = points.sets::<F>(draw.counts.light);
+        draw.fill::<F>(&points, sets, groups);
+        if let Some(target) = target {
+            weigh_by(groups, target, draw.frame)?;
+        }
+        if draw.portals.is_some() {
+            favour_portals(groups);
+        }
+        Some(pick_rays(groups, light, floor, sets.pick::<F>(), draw.frame, out))
     }
 }

@@ -93,14 +93,10 @@ pub struct Place<F: Num> {
 }
 
 // Most maps are lat-long: the other layouts stand apart, so that they are no cold code between.
-/// [`Chart::place`] on a cube.
-struct PlaceCube<'a, F>(&'a Chart, [F; 3]);
-/// [`Chart::place`] on an octahedral square.
-struct PlaceOctahedral<'a, F>(&'a Chart, [F; 3]);
-/// [`Chart::direction`] on a cube.
-struct DirectionCube<'a, F>(&'a Chart, F, [F; 2]);
-/// [`Chart::direction`] on an octahedral square.
-struct DirectionOctahedral<'a, F>(&'a Chart, [F; 2]);
+/// [`Chart::place`] on them.
+struct OtherPlace<'a, F>(&'a Chart, [F; 3]);
+/// [`Chart::direction_and_angle`] on them.
+struct OtherDirection<'a, F>(&'a Chart, F, [F; 2]);
 /// [`Chart::profiles`] on a cube.
 struct ProfilesCube<'a, F>(&'a Chart, [F; 2], [F; 2]);
 
@@ -118,10 +114,14 @@ macro_rules! apart {
     };
 }
 
-apart!(PlaceCube, Place<F>, |of| of.0.place_cube(of.1));
-apart!(PlaceOctahedral, Place<F>, |of| of.0.place_octahedral(of.1));
-apart!(DirectionCube, ([F; 3], F), |of| of.0.direction_cube(of.1, of.2));
-apart!(DirectionOctahedral, ([F; 3], F), |of| of.0.direction_octahedral(of.1));
+apart!(OtherPlace, Place<F>, |of| match of.0.layout {
+    Layout::Cube => of.0.place_cube(of.1),
+    _ => of.0.place_octahedral(of.1),
+});
+apart!(OtherDirection, ([F; 3], F), |of| match of.0.layout {
+    Layout::Cube => of.0.direction_cube(of.1, of.2),
+    _ => of.0.direction_octahedral(of.2),
+});
 apart!(ProfilesCube, Profiles<F>, |of| of.0.profiles_cube(of.1, of.2));
 
 impl Chart {
@@ -140,11 +140,12 @@ impl Chart {
     /// Where a direction of unit length is.
     #[inline(always)]
     pub fn place<F: Num>(&self, d: [F; 3]) -> Place<F> {
-        match self.layout {
-            Layout::LatLong => self.place_latlong(d),
-            Layout::Cube => F::apart(PlaceCube(self, d)),
-            Layout::Octahedral => F::apart(PlaceOctahedral(self, d)),
+        if self.layout == Layout::LatLong {
+            return self.place_latlong(d);
         }
+        // Taken apart: else lat-long maps would answer through the memory that the function does.
+        let Place { face, position: [x, y], solid_angle } = F::apart(OtherPlace(self, d));
+        Place { face, position: [x, y], solid_angle }
     }
 
     /// The direction of a position on a face.
@@ -156,11 +157,11 @@ impl Chart {
     /// The direction of a position on a face, and the steradians for each unit of position in both axes.
     #[inline(always)]
     pub fn direction_and_angle<F: Num>(&self, face: F, position: [F; 2]) -> ([F; 3], F) {
-        match self.layout {
-            Layout::LatLong => self.direction_latlong(position),
-            Layout::Cube => F::apart(DirectionCube(self, face, position)),
-            Layout::Octahedral => F::apart(DirectionOctahedral(self, position)),
+        if self.layout == Layout::LatLong {
+            return self.direction_latlong(position);
         }
+        let ([x, y, z], angle) = F::apart(OtherDirection(self, face, position));
+        ([x, y, z], angle)
     }
 
     /// Steradians for each unit of position in a lat-long map, but for the sine.

@@ -174,27 +174,6 @@ pub trait Num:
         }
     }
 
-    /// Writes two numbers of each lane side by side to a place of its own, if all places exist.
-    #[inline(always)]
-    fn scatter([x, y]: [Self; 2], out: &mut [[f32; 2]], places: Self::Whole) {
-        let (x, y, places) = (x.store(), y.store(), Self::ints_of(places));
-        if !places.as_ref().iter().all(|&place| (place as usize) < out.len()) {
-            return;
-        }
-        for (&place, (&x, &y)) in places.as_ref().iter().zip(x.as_ref().iter().zip(y.as_ref())) {
-            if let Some(out) = out.get_mut(place as usize) {
-                *out = [x, y];
-            }
-        }
-    }
-
-    /// Numbers that stand side by side for each lane; zeros if they are too few.
-    #[inline(always)]
-    fn read_pairs(pairs: &[[f32; 2]]) -> [Self; 2] {
-        let pairs = pairs.get(..Self::WIDTH).unwrap_or(&[]);
-        [0, 1].map(|k: usize| Self::each(|lane| pairs.get(lane).map_or(0.0, |pair| pair[k & 1])))
-    }
-
     /// The low and the high half of each whole number, moved up by 12 bits and added to `add`: the bits of two numbers.
     #[inline(always)]
     fn halves(ints: Self::Ints, add: u32) -> [Self; 2] {

@@ -16,8 +16,8 @@ mod sse2 {
         _mm_xor_si128 as xor_int,
     };
     use core::arch::x86_64::{
-        _mm_loadl_epi64, _mm_movehl_ps, _mm_movelh_ps, _mm_mul_epu32, _mm_shuffle_epi32, _mm_shuffle_ps,
-        _mm_slli_si128, _mm_srai_epi32, _mm_unpackhi_ps, _mm_unpacklo_epi16, _mm_unpacklo_epi32, _mm_unpacklo_ps,
+        _mm_loadl_epi64, _mm_movehl_ps, _mm_movelh_ps, _mm_mul_epu32, _mm_shuffle_epi32, _mm_slli_si128,
+        _mm_srai_epi32, _mm_unpackhi_ps, _mm_unpacklo_epi16, _mm_unpacklo_epi32, _mm_unpacklo_ps,
     };
 
     #[inline(always)]
@@ -96,28 +96,6 @@ mod sse2 {
         }
     }
 
-    /// The bits of the numbers of each lane, side by side.
-    #[inline(always)]
-    pub unsafe fn interleave(x: Floats, y: Floats) -> [u64; 4] {
-        let mut pairs = [0; 4];
-        // SAFETY: SSE2 is part of x86-64; the stores are to the halves of the array.
-        unsafe {
-            store(pairs.as_mut_ptr().cast(), _mm_unpacklo_ps(x, y));
-            store(pairs.as_mut_ptr().add(2).cast(), _mm_unpackhi_ps(x, y));
-        }
-        pairs
-    }
-
-    /// The inverse, of four lanes from a place on.
-    #[inline(always)]
-    pub unsafe fn separate(start: *const f32) -> [Floats; 2] {
-        // SAFETY: SSE2 is part of x86-64; the caller's eight numbers.
-        unsafe {
-            let (low, high) = (load(start), load(start.add(4)));
-            [_mm_shuffle_ps::<0b10_00_10_00>(low, high), _mm_shuffle_ps::<0b11_01_11_01>(low, high)]
-        }
-    }
-
     /// Four rows as columns.
     #[inline(always)]
     pub unsafe fn transpose([a, b, c, d]: [*const f32; 4]) -> [Floats; 4] {
@@ -150,10 +128,9 @@ mod avx2 {
         _mm256_xor_si256 as xor_int,
     };
     use core::arch::x86_64::{
-        _CMP_LE_OQ, _CMP_LT_OQ, _mm_loadu_ps, _mm_loadu_si128, _mm_storeu_ps, _mm256_blendv_ps, _mm256_castps128_ps256,
-        _mm256_castps256_ps128, _mm256_cmp_ps, _mm256_cvtepi16_epi32, _mm256_extractf128_ps, _mm256_i32gather_epi32,
-        _mm256_insertf128_ps, _mm256_set1_epi8, _mm256_setr_epi8, _mm256_shuffle_epi8, _mm256_shuffle_ps,
-        _mm256_slli_si256, _mm256_unpackhi_ps, _mm256_unpacklo_ps,
+        _CMP_LE_OQ, _CMP_LT_OQ, _mm_loadu_ps, _mm_loadu_si128, _mm256_blendv_ps, _mm256_castps128_ps256, _mm256_cmp_ps,
+        _mm256_cvtepi16_epi32, _mm256_i32gather_epi32, _mm256_insertf128_ps, _mm256_set1_epi8, _mm256_setr_epi8,
+        _mm256_shuffle_epi8, _mm256_shuffle_ps, _mm256_slli_si256, _mm256_unpackhi_ps, _mm256_unpacklo_ps,
     };
 
     /// A function that is compiled for AVX2, too. Rust 1.95 does not tell LLVM of `inline(never)` where `target_feature` stands, so it stands
@@ -224,32 +201,6 @@ mod avx2 {
     pub unsafe fn pairs(start: *const u16, index: Ints) -> Ints {
         // SAFETY: whoever has registers of AVX2 has AVX2; the caller's places.
         unsafe { _mm256_i32gather_epi32::<2>(start.cast(), index) }
-    }
-
-    #[inline(always)]
-    pub unsafe fn interleave(x: Floats, y: Floats) -> [u64; 8] {
-        let mut pairs = [0; 8];
-        // SAFETY: whoever has registers of AVX2 has AVX2; the stores are to the quarters of the array.
-        unsafe {
-            let (outer, inner) = (_mm256_unpacklo_ps(x, y), _mm256_unpackhi_ps(x, y));
-            let [low, high] = [_mm256_castps256_ps128(outer), _mm256_castps256_ps128(inner)];
-            let quarters = [low, high, _mm256_extractf128_ps::<1>(outer), _mm256_extractf128_ps::<1>(inner)];
-            for (quarter, two) in quarters.into_iter().zip(pairs.chunks_exact_mut(2)) {
-                _mm_storeu_ps(two.as_mut_ptr().cast(), quarter);
-            }
-        }
-        pairs
-    }
-
-    #[inline(always)]
-    pub unsafe fn separate(start: *const f32) -> [Floats; 2] {
-        // SAFETY: whoever has registers of AVX2 has AVX2; the caller's sixteen numbers.
-        unsafe {
-            let pairs = |at| (_mm_loadu_ps(start.add(at)), _mm_loadu_ps(start.add(at + 8)));
-            let join = |(low, high)| _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(low), high);
-            let (outer, inner) = (join(pairs(0)), join(pairs(4)));
-            [_mm256_shuffle_ps::<0b10_00_10_00>(outer, inner), _mm256_shuffle_ps::<0b11_01_11_01>(outer, inner)]
-        }
     }
 
     /// Eight rows as columns.
@@ -382,27 +333,6 @@ macro_rules! lanes {
                 }
                 // SAFETY: whoever names this type has its instructions; each pair begins before the last number of the table.
                 $whole(unsafe { $isa::pairs(start, index.0) })
-            }
-
-            #[inline(always)]
-            fn scatter([x, y]: [Self; 2], out: &mut [[f32; 2]], places: $whole) {
-                let start = out.as_mut_ptr();
-                if all_below::<Self>(places, out.len()) {
-                    // SAFETY: whoever names this type has its instructions.
-                    let pairs = unsafe { $isa::interleave(x.0, y.0) };
-                    for (place, pair) in Self::ints_of(places).into_iter().zip(pairs) {
-                        // SAFETY: every place is below the length, and a pair is 8 bytes.
-                        unsafe { start.add(place as usize).cast::<u64>().write_unaligned(pair) };
-                    }
-                }
-            }
-
-            #[inline(always)]
-            fn read_pairs(pairs: &[[f32; 2]]) -> [Self; 2] {
-                let Some(pairs) = pairs.get(..Self::WIDTH) else { return [Self::splat(0.0); 2] };
-                // SAFETY: whoever names this type has its instructions; the loads are of that many pairs.
-                let [x, y] = unsafe { $isa::separate(pairs.as_ptr().cast()) };
-                [$name(x), $name(y)]
             }
 
             #[inline(always)]

@@ -1,5 +1,5 @@
-//! What candidates are, seen from outside: they stand in order along the tree of strata and along a curve of the lobes' numbers (rule 39), and
-//! what stands for the light's density is never taken for it (rule 24).
+//! What candidates are, seen from outside: they stand in order along the tree of strata and along the lobes' first numbers (rule 39), and what
+//! stands for the light's density is never taken for it (rule 24).
 
 use super::client::{self, Client};
 use super::light::{Light, TURNED, Thread, first_hit, mean_of};
@@ -26,21 +26,15 @@ fn stratum(environment: &Environment<'_>, wi: V3) -> Option<usize> {
     })
 }
 
-/// The place along a Morton curve of 2^bits cells of the numbers that lead to a direction of a diffuse lobe (Shirley and Chiu 1997).
-fn along_curve(client: &Client, wi: V3, bits: u32) -> u32 {
+/// Which of 2^bits intervals holds the first of the numbers that lead to a direction of a diffuse lobe (Shirley and Chiu 1997).
+fn interval(client: &Client, wi: V3, bits: u32) -> u32 {
     let (x, y) = (dot(wi, client.tangent), dot(wi, cross(client.normal, client.tangent)));
     let (radius, steep) = ((x * x + y * y).sqrt(), x.abs() < y.abs());
-    let (major, ratio) = if steep { (radius.copysign(y), x / y) } else { (radius.copysign(x), y / x) };
-    let minor = major * ratio.atan() / FRAC_PI_4;
-    let (a, b) = if steep { (minor, major) } else { (major, minor) };
-    let cell = |number: f64, bits: u32| ((0.5 + 0.5 * number) * f64::from(1u32 << bits)) as u32;
-    let (column, row) = (cell(a, bits.div_ceil(2)), cell(b, bits / 2));
-    // The highest bit is of the first number.
-    let (low, high) = if bits % 2 == 0 { (row, column) } else { (column, row) };
-    (0..16).map(|k| (low >> k & 1) << (2 * k) | (high >> k & 1) << (2 * k + 1)).sum()
+    let first = if steep { radius * (x / y.abs()).atan() / FRAC_PI_4 } else { radius.copysign(x) };
+    ((0.5 + 0.5 * first) * f64::from(1u32 << bits)) as u32
 }
 
-/// Rays come in the order of candidates: those of the light ascend along the strata, and then those of a diffuse lobe along the curve. Of sets of
+/// Rays come in the order of candidates: those of the light ascend along the strata, and then those of a diffuse lobe along its first numbers. Of sets of
 /// 8, 16 and 32 in any other order hardly any would.
 #[test]
 fn picks_follow_the_order_of_candidates() {
@@ -58,9 +52,9 @@ fn picks_follow_the_order_of_candidates() {
             let wi: Vec<V3> =
                 thread.direct(&environment, &client.point(), at, 16).iter().map(|ray| ray.wi.map(f64::from)).collect();
             let strata: Vec<_> = wi.iter().map(|&wi| stratum(&environment, wi)).collect();
-            let curve: Vec<_> = wi.iter().map(|&wi| along_curve(&client, wi, bits)).collect();
+            let of_lobes: Vec<_> = wi.iter().map(|&wi| interval(&client, wi, bits)).collect();
             let ascends = |split: usize| {
-                strata[..split].iter().flatten().is_sorted() && curve[split..].is_sorted_by(|a, b| a < b)
+                strata[..split].iter().flatten().is_sorted() && of_lobes[split..].is_sorted_by(|a, b| a < b)
             };
             let split = (1..wi.len()).find(|&split| ascends(split));
             ordered += u32::from(split.is_some());

@@ -12,9 +12,8 @@ use wis::brdf::point::{Point, Target};
 use wis::brdf::portal::Portal;
 use wis::direct::Ray;
 use wis::direct::group::Group;
-use wis::direct::joint::Points;
 use wis::direct::portals::Portals;
-use wis::direct::sampler::Config;
+use wis::direct::sampler::{Config, Sequence};
 use wis::simd::{GROUP, Level};
 use wis::sphere::Frame;
 use wis::status::Error;
@@ -88,7 +87,7 @@ fn prepared(portals: &[Portal]) -> Portals {
 /// What [`Portals`] draws for sample `t`.
 fn drawn<const N: usize>(portals: &Portals, t: u32) -> Vec<V3> {
     let mut groups = vec![Group::default(); N / GROUP];
-    portals.enter(&Points::new(5, t, 0), &mut groups);
+    portals.enter(Sequence { seed: 5, sample: t, bounce: 0 }, &mut groups);
     groups.iter().flat_map(|group| (0..GROUP).map(|i| group.direction.map(|column| f64::from(column[i])))).collect()
 }
 

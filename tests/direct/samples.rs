@@ -2,13 +2,18 @@
 
 use crate::support::statistics::{LARGEST_MISSED, chi_square, chi_square_smallest_fault, corrected};
 use wis::direct::joint::{Points, Set};
+use wis::direct::sampler::Sequence;
 
 const SEEDS: [u32; 5] = [0, 1, 77, 0xdead_beef, u32::MAX];
 const SETS: [Set; 3] = [Set::Light, Set::Lobes, Set::Portals];
 
+fn hit(seed: u32, sample: u32, bounce: u32) -> Points {
+    Points::new::<f32>(Sequence { seed, sample, bounce })
+}
+
 fn points(sample: Points, set: Set, count: usize) -> impl Iterator<Item = [f32; 2]> {
-    let (seed, first) = sample.set(set, count);
-    (0..count as u32).map(move |i| Points::point(seed, first.wrapping_add(i)))
+    let sets = sample.sets::<f32>(count);
+    (0..count as u32).map(move |i| sets.at::<f32>(set, i))
 }
 
 /// Whether every elementary interval of area 2^-k holds at most one of the points.
@@ -32,7 +37,7 @@ fn sets_of_all_turns_lie_apart() {
             for (m, first) in [(0, 3), (4, 0), (7, 0), (6, 5 << 6)] {
                 let block = count.next_power_of_two().ilog2();
                 for set in SETS {
-                    let samples = (first..first + (1 << m)).map(|sample| Points::new(seed, sample, 1));
+                    let samples = (first..first + (1 << m)).map(|sample| hit(seed, sample, 1));
                     let all: Vec<[f32; 2]> = samples.flat_map(|sample| points(sample, set, count)).collect();
                     assert!(lie_apart(&all, m + block), "{set:?} of {count}, 2^{m} samples from {first}, seed {seed}");
                 }
@@ -46,7 +51,7 @@ fn sets_of_all_turns_lie_apart() {
 fn numbers_of_a_turn_are_independent() {
     const SAMPLES: u32 = 1 << 19;
     const PARTS: usize = 4;
-    let first = |seed, sample, bounce, set| points(Points::new(seed, sample, bounce), set, 1).next().unwrap();
+    let first = |seed, sample, bounce, set| points(hit(seed, sample, bounce), set, 1).next().unwrap();
     type Numbers<'a> = &'a dyn Fn(u32, u32) -> [f32; 3];
     let cases: [(&str, Numbers); 3] = [
         ("bounces", &|seed, sample| {
@@ -59,7 +64,7 @@ fn numbers_of_a_turn_are_independent() {
         }),
         ("candidates and pick", &|seed, sample| {
             let [x, y] = first(seed, sample, 0, Set::Light);
-            [x, y, Points::new(seed, sample, 0).pick(1)]
+            [x, y, hit(seed, sample, 0).sets::<f32>(1).pick::<f32>()]
         }),
     ];
     let significance = corrected(cases.len() * SEEDS.len());
@@ -80,15 +85,15 @@ fn numbers_of_a_turn_are_independent() {
     }
 }
 
-/// A set has a scramble of its own: no two place their points alike.
+/// A set has a scramble of its own: no two place their points alike, but for the first digits of the first number, which are those of the candidate.
 #[test]
 fn sets_are_scrambled_apart() {
     for seed in SEEDS {
-        let sample = Points::new(seed, 3, 0);
+        let sample = hit(seed, 3, 0);
         let placed = SETS.map(|set| points(sample, set, 64).collect::<Vec<_>>());
         for pair in [[0, 1], [0, 2], [1, 2]] {
             let [one, other] = pair.map(|set| placed[set].iter());
-            let alike = one.zip(other).filter(|(a, b)| (a[0] - b[0]).abs() < 1.0 / 64.0).count();
+            let alike = one.zip(other).filter(|(a, b)| (a[1] - b[1]).abs() < 1.0 / 64.0).count();
             assert!(alike < 16, "{alike} of 64 points");
         }
     }

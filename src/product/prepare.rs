@@ -41,6 +41,9 @@ impl Default for Config {
 
 /// Cells with less than this share of the product are not divided: what they add to the variance is small.
 const WORTH: f32 = 0.015;
+/// The same where lobes draw more than [`NARROW`]. Over [`WORTH`] relative variances of GGX 0.1 are 0.97 with 16 samples and 0.94 with 64, those of GGX 0.02
+/// 0.89 and 0.89 (eight maps), for 0.8 cells more.
+const WORTH_IF_NARROW: f32 = 0.008;
 /// The same in a hemisphere without narrow lobes, of what differs in a cell. Variances of GGX 0.5 are 6 % less than with the share above, and
 /// errors 9 % (seven maps). Elsewhere it would raise a weight of a transmitted lobe from 40 to 101 (hard cases), where few parts reflect.
 const WORTH_IF_WIDE: f32 = 0.006;
@@ -290,6 +293,8 @@ fn widened(environment: &Environment<'_>, point: &Point<'_>, cosine: f32) -> Res
 enum Smoothness {
     /// As it may: some lobe is narrow, or light on both sides counts.
     Any,
+    /// As it may, and lobes draw more than [`NARROW`].
+    Narrow,
     /// Slowly, above a horizon.
     Wide,
     /// As the cosine, above a horizon.
@@ -301,6 +306,8 @@ impl Smoothness {
     fn of(surface: &Surface, from_peak: f32) -> Smoothness {
         if surface.is_diffuse() {
             Smoothness::Diffuse
+        } else if from_peak > NARROW {
+            Smoothness::Narrow
         } else if surface.is_whole() || from_peak > 0.0 {
             Smoothness::Any
         } else {
@@ -313,6 +320,7 @@ impl Smoothness {
     fn thresholds(self) -> (f32, f32) {
         match self {
             Smoothness::Any => (WORTH, BRIGHT),
+            Smoothness::Narrow => (WORTH_IF_NARROW, BRIGHT),
             Smoothness::Wide => (WORTH_IF_WIDE, BRIGHT),
             Smoothness::Diffuse => (WORTH_IF_DIFFUSE, WORTH_IF_DIFFUSE),
         }
@@ -323,7 +331,7 @@ impl Smoothness {
     fn worth<F: Num>(self, weight: F, mass: F, least: F) -> F {
         match self {
             // The lobe may peak between corners and all that was looked at.
-            Smoothness::Any => weight,
+            Smoothness::Any | Smoothness::Narrow => weight,
             // What is the same all over a cell is worth nothing.
             Smoothness::Wide => weight - mass * least,
             Smoothness::Diffuse => F::select(F::splat(0.0).lt(least), weight * FITTED, weight),

@@ -95,7 +95,7 @@ impl Sets {
         let seeds = [0, 1].map(|number: usize| self.seed(set as u32, number));
         let begin = (F::Whole::splat(candidate) + F::counted()) * F::Whole::splat(self.interval);
         let digits = begin.reverse_bits() + F::Whole::splat(seeds[0]);
-        let digits = digits ^ digits * F::Whole::splat(seeds[0] << 1);
+        let digits = digits ^ (digits * F::Whole::splat(seeds[0] << 1));
         let order = F::Whole::splat(self.first) | digits & F::Whole::splat(self.last);
         let [x, y] = sobol_fractions(seeds, order);
         [centres(begin | x & F::Whole::splat(self.interval.wrapping_sub(1))), centres(y)]

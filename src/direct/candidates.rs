@@ -9,7 +9,7 @@
 //! Systematic picks are then spread over directions, also over those of other hits of the pixel (rule 39).
 
 use super::group::Group;
-use super::joint::{Points, Set, Sets};
+use super::joint::{Set, Sets};
 use super::portals::Portals;
 use crate::brdf::point::Target;
 use crate::brdf::surface::Surface;
@@ -73,19 +73,16 @@ struct Drawn<F: Num> {
 }
 
 impl Draw<'_> {
-    /// Draws all candidates into room for as many; `sets` has as many points as there are candidates of the light.
+    /// Draws all candidates into room for as many. Sets have as many points as there are candidates of the light, and of the lobes.
     #[inline(always)]
-    pub fn fill<F: Num>(&self, points: &Points, mut sets: Sets, groups: &mut [Group]) {
+    pub fn fill<F: Num>(&self, [mut sets, of_lobes]: [&Sets; 2], groups: &mut [Group]) {
         let [light, lobes, portals] = self.counts.groups();
         // Whole numbers of 32 bits become numbers in one instruction.
         let counted = [light, lobes, portals].map(|groups| (GROUP * groups) as i32 as f32);
         let (mut set, mut first) = (Set::Light, 0);
         for (number, group) in groups.iter_mut().enumerate() {
             if number == light {
-                (set, first) = (Set::Lobes, 0);
-                if lobes != light {
-                    sets = points.sets::<F>(self.counts.lobes);
-                }
+                (set, sets, first) = (Set::Lobes, of_lobes, 0);
             }
             if number == light + lobes {
                 set = Set::Portals;

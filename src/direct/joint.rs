@@ -6,11 +6,21 @@
 //! index. So the pick is uniform for any given candidates, and all three are stratified together. (With one of the first two
 //! coordinates for the pick the mean over samples is wrong by some per cent, however many there are.)
 
-use super::sampler::Sequence;
 use crate::points::{
     centres, dimension_seed, further_seeds, permuted, shuffled, sobol_fractions, sobol_in_order, third_sobol,
 };
 use crate::simd::{GROUP, Num, Whole};
+
+/// Where the hits of a pixel are in its random numbers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Sequence {
+    /// The pixel.
+    pub seed: u32,
+    /// The number of the hit among all hits of the pixel and the bounce, over all passes.
+    pub sample: u32,
+    /// The bounce.
+    pub bounce: u32,
+}
 
 /// A hit among all hits of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -43,7 +43,7 @@ pub fn pick(
     u: f32,
     mut put: impl FnMut(usize, [f32; 3], f32),
 ) -> usize {
-    let total = sum_up(groups, light, OF_LIGHT.min(1.0 / number(rays)), floor);
+    let total = sum_up(groups, light, rays, floor);
     if !(total > 0.0) {
         return 0;
     }
@@ -102,28 +102,39 @@ fn sum_of(groups: &[Group]) -> f32 {
 }
 
 /// Multiplies all weights.
-#[inline(never)]
 fn raise(groups: &mut [Group], growth: f32) {
     for weight in groups.iter_mut().flat_map(|group| &mut group.weight) {
         *weight *= growth;
     }
 }
 
-/// Turns weights into their sums up to each: candidates of the light get at least their share, and all that count the least weight.
-/// Answers the sum of all.
-#[inline(always)]
-fn sum_up(groups: &mut [Group], light: usize, share: f32, floor: f32) -> f32 {
-    let (first, others) = groups.split_at_checked(light).unwrap_or_default();
-    let [of_light, of_others] = [first, others].map(sum_of);
+/// Raises the weights of the light to their share. Answers the sum of all. Apart, since a single ray has no share to keep.
+#[inline(never)]
+fn share_out(groups: &mut [Group], light: usize, rays: usize) -> f32 {
+    let share = OF_LIGHT.min(1.0 / number(rays));
+    let (first, others) = groups.split_at_mut_checked(light).unwrap_or_default();
+    let (of_light, of_others) = (sum_of(first), sum_of(others));
     let wanted = of_others * share / (1.0 - share);
     let growth = if of_light > 0.0 && of_light < wanted { (wanted / of_light).min(GROWTH) } else { 1.0 };
     let sum = of_light * growth + of_others;
-    // Without any target every candidate that counts is as good as another.
-    let (scale, least) =
-        if sum > SMALLEST && sum < LARGEST { (1.0, floor * sum / number(GROUP * groups.len())) } else { (0.0, 1.0) };
-    if growth > 1.0 && scale > 0.0 {
-        raise(groups.get_mut(..light).unwrap_or_default(), growth);
+    if growth > 1.0 && is_fit(sum) {
+        raise(first, growth);
     }
+    sum
+}
+
+/// Whether a sum of weights is one to work with.
+fn is_fit(sum: f32) -> bool {
+    sum > SMALLEST && sum < LARGEST
+}
+
+/// Turns weights into their sums up to each: candidates of the light get at least their share, and all that count the least weight.
+/// Answers the sum of all.
+#[inline(always)]
+fn sum_up(groups: &mut [Group], light: usize, rays: usize, floor: f32) -> f32 {
+    let sum = if light > 0 { share_out(groups, light, rays) } else { sum_of(groups) };
+    // Without any target every candidate that counts is as good as another.
+    let (scale, least) = if is_fit(sum) { (1.0, floor * sum / number(GROUP * groups.len())) } else { (0.0, 1.0) };
     let mut total = 0.0;
     for group in groups {
         for at in FOURS {

@@ -6,8 +6,7 @@
 //! paper's differences of angles cancel. What does not depend on the candidate is computed in f64.
 
 use super::group::Group;
-use super::joint::{Points, Set};
-use super::sampler::Sequence;
+use super::joint::{Points, Sequence, Set};
 use crate::brdf::point::Point;
 use crate::brdf::portal::{MAX_PORTALS, Portal};
 use crate::brdf::vector::dot;

@@ -5,6 +5,7 @@ use super::candidates::{Draw, favour_portals, weigh_by};
 use super::effort::Effort;
 use super::group::Group;
 use super::joint::Points;
+pub use super::joint::Sequence;
 use super::pick::{FLOOR, FLOOR_IN_THE_DARK, pick_rays};
 use super::portals::Portals;
 use super::shared::{self, Shared};
@@ -74,17 +75,6 @@ impl Config {
     fn shared_bytes(&self) -> usize {
         if shared::is_worth(self.hits_per_pixel) { shared::bytes() } else { 0 }
     }
-}
-
-/// Where the hits of a pixel are in its random numbers.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Sequence {
-    /// The pixel.
-    pub seed: u32,
-    /// The number of the hit among all hits of the pixel and the bounce, over all passes.
-    pub sample: u32,
-    /// The bounce.
-    pub bounce: u32,
 }
 
 /// One thread's sampler.
@@ -255,7 +245,14 @@ impl Compute for Trace<'_> {
         let Trace { draw, at, groups, target, light, floor, out } = self;
         let points = Points::new::<F>(at);
         let sets = points.sets::<F>(draw.counts.light);
-        draw.fill::<F>(&points, sets, groups);
+        let fewer;
+        let of_lobes = if draw.counts.lobes == draw.counts.light {
+            &sets
+        } else {
+            fewer = points.sets::<F>(draw.counts.lobes);
+            &fewer
+        };
+        draw.fill::<F>([&sets, of_lobes], groups);
         if let Some(target) = target {
             weigh_by(groups, target, draw.frame)?;
         }

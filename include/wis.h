@@ -211,9 +211,9 @@ typedef struct wis_sampler_config {
   uint32_t cpu_level; /**< WIS_CPU_*. Never changes a bit of the results. WIS_INVALID_ARGUMENT for a level that this processor lacks. */
   uint32_t rays; /**< The most rays of one call, 1 to 4096; 0: 16. */
   /// Candidates for each ray, 1 to 256, rounded up to powers of two, at least 16 a call: 1 to 16 are the same for one ray. 0: chosen by
-  /// rays, point and lobes; 4 is better in rooms without portals and a visibility cache.
+  /// rays, point and lobes; 4 is better in rooms that have neither portals nor a visibility cache.
   uint32_t candidates_per_ray;
-  /// Hits of a pixel between calls of wis_sampler_begin_pixel; 0: unknown. From 16 on first hits share products: 15 kB more.
+  /// First hits of a pixel, between calls of wis_sampler_begin_pixel; 0: unknown. From 16 on they share products: 15 kB more.
   uint32_t hits_per_pixel;
   uint32_t reserved; /**< Always 0. */
 } wis_sampler_config;

@@ -33,17 +33,17 @@ bool power_is_kept(const std::vector<float> &pixels, const wis::wavelets::tree &
 }
 
 bool product_is_that_of_averages() {
-    const float values[4] = {1.0f, 2.0f, 3.0f, 4.0f}, halves[2] = {1.0f, 3.0f};
-    auto plane = wis::sized<wis_tree_config>(), line = wis::sized<wis_tree_config>();
-    plane.dimensions = 2;
-    line.dimensions = 1;
-    plane.depth = line.depth = 1;
-    plane.pixels = values;
-    line.pixels = halves;
-    wis::wavelets::tree e, f, product;
-    if (e.init(plane) != WIS_OK || f.init(line) != WIS_OK) return false;
-    const wis_tree *const factors[2] = {e.get(), f.get()};
+    const float values[4] = {1.0f, 2.0f, 3.0f, 4.0f}, others[4] = {1.0f, 1.0f, 3.0f, 3.0f};
     auto config = wis::sized<wis_tree_config>();
+    config.dimensions = 2;
+    config.depth = 1;
+    wis::wavelets::tree e, f, product;
+    config.pixels = values;
+    if (e.init(config) != WIS_OK) return false;
+    config.pixels = others;
+    if (f.init(config) != WIS_OK) return false;
+    const wis_tree *const factors[2] = {e.get(), f.get()};
+    config = wis::sized<wis_tree_config>();
     config.source = WIS_TREE_PRODUCT;
     config.tree_count = 2;
     config.trees = factors;

@@ -9,7 +9,7 @@
 
 typedef struct rgb { float r, g, b; } rgb;
 typedef struct hit { float position[3], normal[3], tangent[3], wo[3]; const wis_material *material; rgb albedo, f0; } hit;
-typedef struct path { uint32_t pixel, bounce, sample; } path;
+typedef struct path { uint32_t pixel, bounce, sample; int after_mirror; } path;
 
 rgb bsdf_eval(const hit *at, const float wi[3]);                 /* with the cosine */
 float bsdf_sample(const hit *at, float wi[3], rgb *value);       /* the pdf; value: BSDF x cosine / pdf */

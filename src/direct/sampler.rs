@@ -32,7 +32,7 @@ pub struct Config {
     pub rays: u32,
     /// Candidates for each ray; 0: the library's choice.
     pub candidates_per_ray: u32,
-    /// Hits of a pixel between two calls of [`Sampler::begin_pixel`]; 0: not known.
+    /// First hits of a pixel between two calls of [`Sampler::begin_pixel`]; 0: not known.
     pub hits_per_pixel: u32,
     /// Always 0.
     pub reserved: u32,

@@ -47,10 +47,10 @@ install_staged() {
 
 # Twins in C++ and Rust must print what the C programs print.
 minimal() {
-    for name in minimal wavelets pathtracer-small; do
-        make --no-print-directory "$build/$name" "$build/$name-cpp" BUILD="$build" &&
-            "$build/$name" > "$logs/$name.txt" && cat "$logs/$name.txt" &&
-            "$build/$name-cpp" > "$logs/$name-cpp.txt" && diff "$logs/$name.txt" "$logs/$name-cpp.txt" || return 1
+    for program in minimal wavelets pathtracer-small; do
+        make --no-print-directory "$build/$program" "$build/$program-cpp" BUILD="$build" &&
+            "$build/$program" > "$logs/$program.txt" && cat "$logs/$program.txt" &&
+            "$build/$program-cpp" > "$logs/$program-cpp.txt" && diff "$logs/$program.txt" "$logs/$program-cpp.txt" || return 1
     done
     "$examples/minimal" | diff "$logs/minimal.txt" - && "$examples/pathtracer" | diff "$logs/pathtracer-small.txt" - &&
         make --no-print-directory "$build/first" "$build/pathtracer" BUILD="$build" &&
@@ -59,8 +59,8 @@ minimal() {
 }
 
 minimal_valgrind() {
-    for name in minimal minimal-cpp wavelets; do
-        valgrind --quiet --error-exitcode=1 --leak-check=full "$build/$name" || return 1
+    for program in minimal minimal-cpp wavelets; do
+        valgrind --quiet --error-exitcode=1 --leak-check=full "$build/$program" || return 1
     done
 }
 

@@ -166,21 +166,16 @@ struct Fit {
     scale: f64,
 }
 
-/// What is done to the values of lobes.
-#[derive(Clone, Copy)]
-enum Change {
-    None,
-    /// Divided by the cosine.
-    Divided,
-    /// Times the cosine.
-    Multiplied,
-    /// 0 below the horizon.
-    Above,
-    /// 0 above the horizon.
-    Below,
-    /// Those of the client below the horizon.
-    Beyond,
-}
+/// What is done to a value of lobes, at a cosine and where the client has another value.
+type Change = fn(value: f32, cosine: f32, client: f32) -> f32;
+
+const SAME: Change = |value, _, _| value;
+/// 0 below the horizon.
+const ABOVE: Change = |value, cosine, _| if cosine < 0.0 { 0.0 } else { value };
+/// 0 above the horizon.
+const BELOW: Change = |value, cosine, _| if cosine > 0.0 { 0.0 } else { value };
+/// The client's below the horizon.
+const BEYOND: Change = |value, cosine, client| if cosine < 0.0 { client } else { value };
 
 /// A direction, the client's value there, and the solid angle that it stands for.
 #[derive(Clone, Copy, Pod, Zeroable)]
@@ -215,13 +210,11 @@ pub fn compare(point: &Point<'_>, frame: &Frame, f_cos: &mut FCos<'_>) -> Result
     let mut compared = Compared { point, frame, seen: &mut seen, best, fit };
     compared.choose();
     compared.look(f_cos).map_err(|direction| Error::new(Status::CallbackFailed, 0).of(c"target").in_row(direction))?;
-    let as_given = compared.tried(point, Change::None);
+    let as_given = compared.tried(point, SAME);
     compared.fit = as_given;
     let below = if given.is_whole() { 0.0 } else { compared.below(given.normal()) };
     if as_given.error > LEAST_DIFFERENCE {
-        compared.directions();
-        compared.cosines(below);
-        compared.shapes();
+        compared.simple(below);
         compared.tangents();
         compared.lobes();
     }
@@ -258,15 +251,15 @@ impl Compared<'_> {
             (seen.wi, seen.weight) = (direction(number(i)).to_array(), 1.0);
         }
         let narrow = self.material(squared);
-        for part in 1..DIRECTIONS / TOGETHER {
-            if let Some(surface) = self.drawn_from(part, &narrow) {
-                self.draw(part, &surface);
-            }
-        }
-        // The sum of all densities, which `value` holds before the client is called.
-        for part in 1..DIRECTIONS / TOGETHER {
-            if let Some(surface) = self.drawn_from(part, &narrow) {
-                self.add_densities(&surface);
+        // Then the sum of all densities, which `value` holds before the client is called.
+        for draws in [true, false] {
+            for part in 1..DIRECTIONS / TOGETHER {
+                let Some(surface) = self.drawn_from(part, &narrow) else { continue };
+                if draws {
+                    self.draw(part, &surface);
+                } else {
+                    self.add_densities(&surface);
+                }
             }
         }
         for seen in self.seen.iter_mut() {
@@ -383,8 +376,7 @@ impl Compared<'_> {
                 let [end, _, cosine] = lobes_at(&to, eight);
                 let lanes = begin.into_iter().zip(end).zip(cosine);
                 for (seen, ((begin, end), cosine)) in eight.iter().zip(lanes) {
-                    let (begin, end) = change.applied(begin, end, cosine, seen.value);
-                    let (begin, end) = (f64::from(begin), f64::from(end));
+                    let [begin, end] = [begin, end].map(|value| f64::from(change(value, cosine, seen.value)));
                     let (client, weight) = (f64::from(seen.value), f64::from(seen.weight));
                     if differs {
                         let lobes = begin + fit.scale * (end - begin);
@@ -418,40 +410,34 @@ impl Compared<'_> {
         self.keep(fit, Match { mistake, ..self.best });
     }
 
-    /// Directions that point the other way.
+    /// Directions that point the other way, another power of the cosine or another side, and lobes of other shapes.
     #[inline(never)]
-    fn directions(&mut self) {
-        let mut point = *self.point;
-        point.wo = negated(self.point.wo);
-        self.hypothesis(Mistake::Wo, &point, Change::None);
-        point.normal = negated(self.point.normal);
-        self.hypothesis(Mistake::Wi, &point, Change::None);
-        point.wo = self.point.wo;
-        self.hypothesis(Mistake::Normal, &point, Change::None);
-    }
-
-    /// Another power of the cosine, and another side.
-    #[inline(never)]
-    fn cosines(&mut self, below: f64) {
-        let beyond = (LEAST_BELOW..1.0 - LEAST_BELOW).contains(&below);
+    fn simple(&mut self, below: f64) {
+        for (mistake, wo, normal) in
+            [(Mistake::Wo, true, false), (Mistake::Wi, true, true), (Mistake::Normal, false, true)]
+        {
+            let turned = |turns: bool, d: [f32; 3]| if turns { negated(d) } else { d };
+            let (wo, normal) = (turned(wo, self.point.wo), turned(normal, self.point.normal));
+            self.hypothesis(mistake, &Point { wo, normal, ..*self.point }, SAME);
+        }
+        let divided: Change = |value, cosine, _| value * (1.0 / max(cosine.abs(), LEAST_COSINE));
+        let side = if (LEAST_BELOW..1.0 - LEAST_BELOW).contains(&below) { BEYOND } else { BELOW };
         for (mistake, change) in [
-            (Mistake::CosineMissing, Change::Divided),
-            (Mistake::CosineTwice, Change::Multiplied),
-            (Mistake::Sides, Change::Above),
-            (Mistake::Sides, if beyond { Change::Beyond } else { Change::Below }),
+            (Mistake::CosineMissing, divided),
+            (Mistake::CosineTwice, |value, cosine, _| value * cosine.abs()),
+            (Mistake::Sides, ABOVE),
+            (Mistake::Sides, side),
         ] {
             self.hypothesis(mistake, self.point, change);
         }
-    }
-
-    /// Lobes of other shapes.
-    #[inline(never)]
-    fn shapes(&mut self) {
-        for (mistake, change) in
-            [(Mistake::AlphaSquare, squared as fn(&mut Shape)), (Mistake::AlphaRoot, rooted), (Mistake::Eta, inverted)]
-        {
+        let inverted: fn(&mut Shape) = |shape| shape.eta = 1.0 / shape.eta;
+        for (mistake, change) in [
+            (Mistake::AlphaSquare, squared as fn(&mut Shape)),
+            (Mistake::AlphaRoot, |shape| alphas(shape, sqrt)),
+            (Mistake::Eta, inverted),
+        ] {
             let material = self.material(change);
-            self.hypothesis(mistake, &Point { material: &material, ..*self.point }, Change::None);
+            self.hypothesis(mistake, &Point { material: &material, ..*self.point }, SAME);
         }
     }
 
@@ -473,14 +459,12 @@ impl Compared<'_> {
         }
         let mut best = (0.0, Fit { error: 1.0, scale: 1.0 });
         let mut step = 1.0 / ANGLES as f32;
-        for trial in 1..ANGLES + HALVINGS {
-            if trial < ANGLES {
-                self.rotate(step * trial as f32, &mut best);
-            } else {
-                step *= 0.5;
-                let middle = best.0;
-                self.rotate(middle - step, &mut best);
-                self.rotate(middle + step, &mut best);
+        (1..ANGLES).for_each(|trial| self.rotate(step * trial as f32, &mut best));
+        for _ in 0..HALVINGS {
+            step *= 0.5;
+            let middle = best.0;
+            for angle in [middle - step, middle + step] {
+                self.rotate(angle, &mut best);
             }
         }
         let (angle, fit) = best;
@@ -496,7 +480,7 @@ impl Compared<'_> {
         let along = Vec3::from_array(self.point.tangent);
         let across = Vec3::from_array(self.point.normal).cross(along);
         let tangent = (along * cosine + across * sine).to_array();
-        let fit = self.tried(&Point { tangent, ..*self.point }, Change::None);
+        let fit = self.tried(&Point { tangent, ..*self.point }, SAME);
         if fit.error < best.1.error {
             *best = (angle, fit);
         }
@@ -509,7 +493,7 @@ impl Compared<'_> {
         let lobes = point.material.lobes();
         let mut weights = point.weight.iter().take(lobes.len());
         if !lobes.is_empty() && weights.all(|weight| luminance(*weight) == 0.0) {
-            self.fit = self.tried(&Point { weight: [[1.0; 3]; MAX_LOBES], ..*point }, Change::None);
+            self.fit = self.tried(&Point { weight: [[1.0; 3]; MAX_LOBES], ..*point }, SAME);
             self.best = Match { mistake: Mistake::NoWeight, ..self.best };
             return;
         }
@@ -533,7 +517,7 @@ impl Compared<'_> {
         if black {
             *one = [1.0; 3];
         }
-        let fit = self.fit(Some(&from), &to, Change::None, MOST);
+        let fit = self.fit(Some(&from), &to, SAME, MOST);
         if black || !(1.0 / WEIGHT_IS_RIGHT..=WEIGHT_IS_RIGHT).contains(&fit.scale) {
             self.keep_number(Mistake::Weight, fit, lobe);
         }
@@ -547,7 +531,7 @@ impl Compared<'_> {
         for (from, to) in from.f0.iter_mut().zip(&mut to.f0).filter(|(own, _)| **own == f0) {
             (*from, *to) = ([0.0; 3], [1.0; 3]);
         }
-        let fit = self.fit(Some(&from), &to, Change::None, 1.0);
+        let fit = self.fit(Some(&from), &to, SAME, 1.0);
         if (fit.scale - f64::from(luminance(f0))).abs() > F0_IS_RIGHT {
             self.keep_number(Mistake::F0, fit, lobe);
         }
@@ -590,21 +574,6 @@ impl Compared<'_> {
     }
 }
 
-impl Change {
-    /// Values of two ends of a line at a cosine, and where the client has a value.
-    fn applied(self, begin: f32, end: f32, cosine: f32, client: f32) -> (f32, f32) {
-        let factor = match self {
-            Change::Divided => 1.0 / max(cosine.abs(), LEAST_COSINE),
-            Change::Multiplied => cosine.abs(),
-            Change::Above if cosine < 0.0 => 0.0,
-            Change::Below if cosine > 0.0 => 0.0,
-            Change::Beyond if cosine < 0.0 => return (client, client),
-            _ => 1.0,
-        };
-        (begin * factor, end * factor)
-    }
-}
-
 fn negated(v: [f32; 3]) -> [f32; 3] {
     v.map(|x| -x)
 }
@@ -613,17 +582,9 @@ fn squared(shape: &mut Shape) {
     alphas(shape, |alpha| alpha * alpha);
 }
 
-fn rooted(shape: &mut Shape) {
-    alphas(shape, sqrt);
-}
-
 fn alphas(shape: &mut Shape, change: fn(f32) -> f32) {
     if shape.kind.is_ggx() {
         let [least, most] = ALPHA_RANGE;
         [shape.a, shape.b] = [shape.a, shape.b].map(|alpha| change(alpha).clamp(least, most));
     }
-}
-
-fn inverted(shape: &mut Shape) {
-    shape.eta = 1.0 / shape.eta;
 }

@@ -106,9 +106,7 @@ impl CellBlocks {
         let at = [(number % columns) as u32, (number / columns) as u32];
         let origin = [0, 1].map(|k: usize| self.origin[k] + (at[k] << self.side[k]));
         let end = [0, 1].map(|k: usize| (origin[k] + (1 << self.side[k])).min(self.origin[k] + self.patches[k]));
-        let step = steps.map(u32::from);
-        let grid = [0, 1].map(|k: usize| (end[k] - origin[k]).div_ceil(1 << step[k]));
-        Tile { face: self.face, origin, grid, end, step }
+        Tile::new(self.face, [origin, end], steps.map(u32::from))
     }
 
     /// What the blocks take with a grid of no steps (level 0), in closed form: big maps have many blocks.
@@ -148,19 +146,6 @@ fn cell_lengths([columns, rows]: [usize; 2]) -> Lengths {
 fn block_words(plan: &Plan, [columns, rows]: [usize; 2]) -> [usize; 2] {
     let bilinear = plan.of.filter == Filter::Bilinear;
     [row_words(columns, rows), (rows + usize::from(bilinear)) * line_words(columns, bilinear)]
-}
-
-/// Tiles of at most 16 x 16 single patches that cover a tile.
-pub(super) fn parts(tile: &Tile) -> impl Iterator<Item = Tile> + use<> {
-    let tile = *tile;
-    let counts = [0, 1].map(|k: usize| (tile.end[k] - tile.origin[k]).div_ceil(BLOCK as u32));
-    (0..counts[1]).flat_map(move |j| {
-        (0..counts[0]).map(move |i| {
-            let origin = [tile.origin[0] + i * BLOCK as u32, tile.origin[1] + j * BLOCK as u32];
-            let end = [0, 1].map(|k: usize| (origin[k] + BLOCK as u32).min(tile.end[k]));
-            Tile { origin, end, grid: [end[0] - origin[0], end[1] - origin[1]], step: [0, 0], ..tile }
-        })
-    })
 }
 
 /// The corners of a grid as they are stored, in [0, 1] of the brightest. Answers that.
@@ -208,7 +193,9 @@ pub fn write_cell(texels: &Texels<'_>, index: u32, level: u32, steps: &[Steps], 
         let (rows, rest) = core::mem::take(&mut words).split_at_mut_checked(row_words).unwrap_or_default();
         let (lines, rest) = rest.split_at_mut_checked(line_words).unwrap_or_default();
         words = rest;
-        let (of_block, brightest, to_ends) = write_block(texels, &tile, rows, lines);
+        let (of_block, to_ends) = write_masses(texels, &tile, rows, lines);
+        let bilinear = texels.plan.of.filter == Filter::Bilinear;
+        let brightest = if bilinear { write_corners(texels, &tile, lines) } else { 0.0 };
         *light = of_block;
         *block = Block {
             rows: at,
@@ -225,45 +212,55 @@ pub fn write_cell(texels: &Texels<'_>, index: u32, level: u32, steps: &[Steps], 
     (Cell { starts, first: offset.blocks as u32, ..cell.record() }, total)
 }
 
-fn write_cell_starts(cell_blocks: &CellBlocks, light: &mut [f64], starts: &mut [f32], blocks: &mut [Block]) -> f64 {
-    let [columns, rows] = cell_blocks.blocks().map(|n| n.max(1) as usize);
-    if let ([block], Some(&light), true) = (&mut *blocks, light.first(), rows * columns == 1) {
+fn write_cell_starts(cell: &CellBlocks, light: &[f64], starts: &mut [f32], blocks: &mut [Block]) -> f64 {
+    if let ([block], &[light]) = (&mut *blocks, light) {
         block.share = 1.0;
         return light;
     }
+    let light = |number: usize| light.get(number).copied().unwrap_or(0.0);
+    write_tables(cell.blocks(), &light, starts, &mut |number, share| {
+        if let Some(block) = blocks.get_mut(number) {
+            block.share = share;
+        }
+    })
+}
+
+/// Writes the starts of rows, then of the columns of each row, for the light of each of their cells, and hands over the share of each.
+/// Answers the light of all.
+pub(super) fn write_tables(
+    grid: [u32; 2],
+    light: &dyn Fn(usize) -> f64,
+    starts: &mut [f32],
+    put: &mut dyn FnMut(usize, f32),
+) -> f64 {
+    let [columns, rows] = grid.map(|n| n as usize);
     let (row_starts, column_starts) = starts.split_at_mut_checked(rows + 1).unwrap_or_default();
-    // The light of each block row.
-    let total = write_table(light.chunks(columns.max(1)).map(|row| row.iter().sum()), row_starts);
-    let lines = column_starts.chunks_exact_mut((columns + 1).max(1)).zip(light.chunks(columns.max(1)));
-    for (j, ((starts, light), blocks)) in lines.zip(blocks.chunks_mut(columns.max(1))).enumerate() {
-        write_table(light.iter().copied(), starts);
+    let row = |j: usize| (j * columns..(j + 1) * columns).map(light);
+    let all = write_table((0..rows).map(|j| row(j).sum()), row_starts);
+    for (j, starts) in column_starts.chunks_exact_mut((columns + 1).max(1)).enumerate() {
+        write_table(row(j), starts);
         let [top, bottom] = stored_cell(row_starts, j);
-        for (i, block) in blocks.iter_mut().enumerate() {
+        for i in 0..columns {
             let [left, right] = stored_cell(starts, i);
-            block.share = (bottom - top) * (right - left);
+            put(j * columns + i, (bottom - top) * (right - left));
         }
     }
-    total
+    all
 }
 
-/// Writes the row starts and the lines of a block; answers its light, its brightest corner, and whether its words lie closer towards
-/// the ends.
-fn write_block(texels: &Texels<'_>, tile: &Tile, rows: &mut [u16], lines: &mut [u16]) -> (f64, f32, bool) {
-    let (total, to_ends) = write_masses(texels, tile, rows, lines);
-    let bilinear = texels.plan.of.filter == Filter::Bilinear;
-    let brightest = if bilinear { write_corners(texels, tile, lines) } else { 0.0 };
-    (total, brightest, to_ends)
-}
-
-/// The part of [`write_block`] that is of light: answers it, and whether words lie closer towards the ends. A function of its own, as
-/// the other part: both share the stack.
+/// Writes the row starts and the column starts of a block; answers its light, and whether its words lie closer towards the ends. A function
+/// of its own, as that of corners: both share the stack.
 #[inline(never)]
 fn write_masses(texels: &Texels<'_>, tile: &Tile, rows: &mut [u16], lines: &mut [u16]) -> (f64, bool) {
     let bilinear = texels.plan.of.filter == Filter::Bilinear;
     let [grid_columns, grid_rows] = tile.grid.map(|n| n as usize);
     let mut mass: PatchValues = [0.0; BLOCK * BLOCK];
     if tile.step == [0, 0] {
-        texels.masses(tile, &mut mass);
+        texels.each_patch(tile, |[i, j], _, _, light| {
+            if let Some(out) = mass.get_mut(j as usize * BLOCK + i as usize) {
+                *out = light;
+            }
+        });
     } else {
         coarse_masses(texels, tile, &mut mass);
     }
@@ -273,7 +270,8 @@ fn write_masses(texels: &Texels<'_>, tile: &Tile, rows: &mut [u16], lines: &mut 
     }
     let used = row_mass.get(..grid_rows).unwrap_or(&[]);
     let total: f64 = used.iter().sum();
-    let to_ends = is_uneven(total, &mass) && {
+    // Evenly spaced words give too much to others where a patch has much of the light.
+    let to_ends = 16.0 * mass.iter().fold(0.0f64, |a, &b| a.max(b)) > total && {
         // The variance that each spacing adds, rows and the columns of each.
         let added = |to_ends: bool| {
             let each = used.iter().zip(mass.chunks_exact(BLOCK)).map(|(of_row, row)| {
@@ -294,7 +292,7 @@ fn write_masses(texels: &Texels<'_>, tile: &Tile, rows: &mut [u16], lines: &mut 
     (total, to_ends)
 }
 
-/// The part of [`write_block`] that is of corners. Answers the brightest.
+/// Writes the corners of a block. Answers the brightest.
 #[inline(never)]
 fn write_corners(texels: &Texels<'_>, tile: &Tile, lines: &mut [u16]) -> f32 {
     let [grid_columns, grid_rows] = tile.grid.map(|n| n as usize);
@@ -309,22 +307,12 @@ fn write_corners(texels: &Texels<'_>, tile: &Tile, lines: &mut [u16]) -> f32 {
     brightest
 }
 
-/// Whether a patch has so much of its block's light that evenly spaced words may give the others too much.
-fn is_uneven(total: f64, mass: &PatchValues) -> bool {
-    16.0 * mass.iter().fold(0.0f64, |a, &b| a.max(b)) > total
-}
-
 /// The light of each cell of a tile's grid.
 #[inline(never)]
 fn coarse_masses(texels: &Texels<'_>, tile: &Tile, mass: &mut PatchValues) {
-    for part in parts(tile) {
-        let [x, y] = [0, 1].map(|k: usize| part.origin[k] - tile.origin[k]);
-        texels.each_mass(&part, |i, j, light| {
-            let at = [(x + i) >> tile.step[0], (y + j) >> tile.step[1]];
-            if let Some(out) = mass.get_mut(at[1] as usize * BLOCK + at[0] as usize) {
-                *out += light;
-            }
-        });
+    let rows = mass.chunks_exact_mut(BLOCK).flat_map(|row| row.iter_mut().take(tile.grid[0] as usize));
+    for (out, cell) in rows.zip(tile.cells()) {
+        cell.parts().for_each(|part| texels.each_patch(&part, |_, _, _, light| *out += light));
     }
 }
 

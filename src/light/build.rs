@@ -2,14 +2,13 @@
 //! portions: each has elements of its own in every array that the pass writes, and what a pass reads, an earlier one wrote.
 
 pub use super::blocks::CellWork;
-use super::blocks::{CellBlocks, Lengths, SINGLE, Steps};
+use super::blocks::{CellBlocks, Lengths, SINGLE, Steps, write_tables};
 use super::budget::choose;
 use super::environment::{self, BILINEAR, Environment, Header, SWITCHES, Sections, header_mut, tops};
 use super::guide::{self, CellGuide};
 use super::map;
 use super::pixels::RowSummary;
 use super::plan::{Filter, Plan};
-use super::search::{stored_cell, write_table};
 use super::strata::{self, StandIn};
 use super::tables::{Block, Cell};
 use super::texels::{Texels, row_weights};
@@ -223,11 +222,14 @@ impl Passed<'_> {
         let cells: &mut [Cell] = Part::at(0, count).of_mut(cells);
         let light = |index: usize| self.work.get(index).map_or(0.0, |cell| cell.light);
         let tops = Part::at(sections.tops, tops(plan.grid) as u64).of_mut(above);
-        let power = write_tops(plan, light, tops, |index, probability| {
+        let power = write_tables(plan.grid, &light, tops, &mut |index, probability| {
             if let Some(cell) = cells.get_mut(index) {
                 cell.probability = probability;
             }
         });
+        if !(power > 0.0) {
+            cells.iter_mut().for_each(|cell| cell.probability = 0.0);
+        }
         write_colours(plan, self.rgb, cells, Part::at(0, count).of_mut(rest));
         power
     }
@@ -257,29 +259,6 @@ fn write_corners(plan: &Plan, guide: Part, bytes: &mut [u8]) {
     }
     let of = guide::corners_mut(plan.grid, plan.chart.faces(), guide.of_mut(bytes));
     of.iter_mut().zip(&corners).for_each(|(out, &x)| *out = x);
-}
-
-/// Writes the starts of the rows of cells, then of the cells of each row, for the light of each cell, and hands over their probabilities.
-/// Answers the light of all.
-fn write_tops(
-    plan: &Plan,
-    light: impl Fn(usize) -> f64 + Copy,
-    tops: &mut [f32],
-    mut put: impl FnMut(usize, f32),
-) -> f64 {
-    let [columns, rows] = plan.grid.map(|n| n as usize);
-    let (row_starts, column_starts) = tops.split_at_mut_checked(rows + 1).unwrap_or_default();
-    let row = |j: usize| (j * columns..(j + 1) * columns).map(light);
-    let power = write_table((0..rows).map(|j| row(j).sum()), row_starts);
-    for (j, starts) in column_starts.chunks_exact_mut((columns + 1).max(1)).enumerate() {
-        write_table(row(j), starts);
-        let [top, bottom] = stored_cell(row_starts, j);
-        for i in 0..columns {
-            let [left, right] = stored_cell(starts, i);
-            put(j * columns + i, if power > 0.0 { (bottom - top) * (right - left) } else { 0.0 });
-        }
-    }
-    power
 }
 
 /// The colour of each cell: its light over the power, as a colour whose luminance is its probability.

@@ -13,7 +13,6 @@ use super::tables::Light;
 use crate::numeric::{luminance, max, min, sqrt};
 use crate::points::{hammersley, sobol};
 use crate::sphere::{Frame, direction};
-use bytemuck::{Pod, Zeroable};
 use core::f32::consts::PI;
 use glam::Vec3;
 
@@ -112,16 +111,6 @@ struct LookUp {
     shift: [f32; 2],
 }
 
-/// Whether the renderer sees what a hypothesis says, and with which factor.
-#[derive(Clone, Copy)]
-struct Fit {
-    /// The mean over all directions.
-    error: f32,
-    /// The mean over those that are spread over the sphere.
-    spread: f32,
-    scale: f32,
-}
-
 /// How the renderer may see the map.
 #[derive(Clone, Copy)]
 struct Hypothesis {
@@ -131,15 +120,12 @@ struct Hypothesis {
     look_up: Option<LookUp>,
     /// The largest luminance.
     limit: f32,
-    fit: Fit,
-}
-
-/// The directions that are drawn, and the renderer's luminance there and at those of [`spread`], which would fill the stack.
-#[derive(Clone, Copy, Pod, Zeroable)]
-#[repr(C)]
-struct Seen {
-    wi: [[f32; 3]; HALF],
-    luminance: [[f32; HALF]; 2],
+    /// The renderer's radiance over what this says.
+    scale: f32,
+    /// The mean error over all directions.
+    error: f32,
+    /// The mean over those that are spread over the sphere.
+    spread: f32,
 }
 
 /// The renderer, and how many directions it was asked for.
@@ -148,16 +134,19 @@ struct Renderer<'a, 'b> {
     asked: usize,
 }
 
-/// The map that the renderer has, as the built light knows it.
-struct Map<'a> {
+/// The map that the renderer has, as the built light knows it, and what the renderer sees.
+struct Compared<'a, 'b, 'c> {
     light: Light<'a>,
     frame: Frame,
     texels: [f32; 2],
     built: LookUp,
-    /// The mean luminance, if the light is compensated.
-    compensated: Option<f32>,
+    compensated: bool,
     mean: f32,
     tolerance: f32,
+    renderer: Renderer<'b, 'c>,
+    /// Drawn from the light, and as many spread over the sphere.
+    wi: [[f32; 3]; DIRECTIONS],
+    luminance: [f32; DIRECTIONS],
 }
 
 /// A renderer's radiance: writes the colour of each direction, and answers whether it could.
@@ -168,28 +157,37 @@ pub type Radiance<'a> = dyn FnMut(&[[f32; 3]], &mut [[f32; 3]]) -> bool + 'a;
 /// # Errors
 /// The number of the direction at which it could not, or at which a channel is NaN, infinite or negative.
 pub fn compare(environment: &Environment<'_>, radiance: &mut Radiance<'_>) -> Result<Comparison, usize> {
-    let map = Map::of(environment);
-    let mut renderer = Renderer { radiance, asked: 0 };
-    let mut seen = Seen::zeroed();
-    map.look(&map.frame, &mut renderer, &mut seen)?;
-    let as_built = map.as_built(&seen);
-    let best = map.explain(&mut seen, &mut renderer, &as_built)?;
-    let Fit { error, .. } = as_built.fit;
+    let (header, of, light) = (environment.header(), environment.description(), environment.light());
+    let mut compared = Compared {
+        light,
+        frame: environment.frame(),
+        texels: [of.width as f32, (of.height / light.chart.faces().max(1)) as f32],
+        built: LookUp { filter: of.filter, rows_at_poles: of.rows_at_poles, shift: [0.0; 2] },
+        compensated: of.compensated,
+        mean: header.mean as f32,
+        tolerance: AGREES + 2.0 * header.error as f32,
+        renderer: Renderer { radiance, asked: 0 },
+        wi: [[0.0; 3]; DIRECTIONS],
+        luminance: [0.0; DIRECTIONS],
+    };
+    compared.look(&environment.frame())?;
+    let as_built = compared.as_built();
+    let best = compared.explain(&as_built)?;
     let cause = if best.cause != Cause::None {
         best.cause
-    } else if error > map.tolerance {
+    } else if as_built.error > compared.tolerance {
         Cause::Other
-    } else if (best.fit.scale - 1.0).abs() > max(SCALE_IS_ONE, map.tolerance - AGREES) {
+    } else if (best.scale - 1.0).abs() > max(SCALE_IS_ONE, compared.tolerance - AGREES) {
         Cause::Scaled
     } else {
         Cause::None
     };
-    let look_up = best.look_up.unwrap_or(map.built);
+    let look_up = best.look_up.unwrap_or(compared.built);
     Ok(Comparison {
         cause,
-        error,
-        explained: best.fit.error,
-        scale: best.fit.scale,
+        error: as_built.error,
+        explained: best.error,
+        scale: best.scale,
         world_from_map: transposed(&best.frame.to_array()),
         filter: look_up.filter,
         rows_at_poles: look_up.rows_at_poles,
@@ -200,12 +198,6 @@ pub fn compare(environment: &Environment<'_>, radiance: &mut Radiance<'_>) -> Re
 
 fn transposed([a, b, c, d, e, f, g, h, i]: &[f32; 9]) -> [f32; 9] {
     [*a, *d, *g, *b, *e, *h, *c, *f, *i]
-}
-
-/// A direction of those that are spread over the sphere.
-#[inline(never)]
-fn spread(index: u32) -> [f32; 3] {
-    direction(hammersley(index, HALF as u32)).to_array()
 }
 
 impl Renderer<'_, '_> {
@@ -229,36 +221,15 @@ impl Renderer<'_, '_> {
     }
 }
 
-impl<'a> Map<'a> {
-    fn of(environment: &Environment<'a>) -> Map<'a> {
-        let (header, of) = (environment.header(), environment.description());
-        let light = environment.light();
-        Map {
-            light,
-            frame: environment.frame(),
-            texels: [of.width as f32, (of.height / light.chart.faces().max(1)) as f32],
-            built: LookUp { filter: of.filter, rows_at_poles: of.rows_at_poles, shift: [0.0; 2] },
-            compensated: of.compensated.then_some(header.mean as f32),
-            mean: header.mean as f32,
-            tolerance: AGREES + 2.0 * header.error as f32,
-        }
-    }
-
+impl Compared<'_, '_, '_> {
     #[inline(never)]
-    fn look(&self, frame: &Frame, renderer: &mut Renderer<'_, '_>, seen: &mut Seen) -> Result<(), usize> {
-        for (index, wi) in (0..).zip(&mut seen.wi) {
-            *wi = self.drawn(frame, index);
+    fn look(&mut self, frame: &Frame) -> Result<(), usize> {
+        for index in 0..HALF {
+            self.wi[index] = self.drawn(frame, index as u32);
+            self.wi[HALF + index] = direction(hammersley(index as u32, HALF as u32)).to_array();
         }
-        let [of_drawn, of_spread] = &mut seen.luminance;
-        for (wi, out) in seen.wi.chunks(TOGETHER).zip(of_drawn.chunks_mut(TOGETHER)) {
-            renderer.look(wi, out)?;
-        }
-        for (first, out) in (0..).step_by(TOGETHER).zip(of_spread.chunks_mut(TOGETHER)) {
-            let mut wi = [[0.0; 3]; TOGETHER];
-            for (index, wi) in (first..).zip(&mut wi) {
-                *wi = spread(index);
-            }
-            renderer.look(&wi, out)?;
+        for (wi, out) in self.wi.chunks(TOGETHER).zip(self.luminance.chunks_mut(TOGETHER)) {
+            self.renderer.look(wi, out)?;
         }
         Ok(())
     }
@@ -289,144 +260,103 @@ impl<'a> Map<'a> {
         let importance = pdf(&self.light, frame, wi) * self.light.power as f32;
         match self.compensated {
             // max(L - mean, L / 64) is L - mean from L = 64 / 63 of the mean on.
-            Some(mean) if importance > mean / 63.0 => importance + mean,
-            Some(_) => importance * 64.0,
-            None => importance,
+            true if importance > self.mean / 63.0 => importance + self.mean,
+            true => importance * 64.0,
+            false => importance,
         }
     }
 
     /// The light as it was built: by its density, or by its texels, at which alone a compensated light is exact.
     #[inline(never)]
-    fn as_built(&self, seen: &Seen) -> Hypothesis {
-        let fit = Fit { error: 1.0, spread: 1.0, scale: 1.0 };
-        let by = Hypothesis { cause: Cause::None, frame: self.frame, look_up: None, limit: f32::INFINITY, fit };
-        let [density, texels] = [None, Some(self.built)].map(|look_up| self.fitted(seen, Hypothesis { look_up, ..by }));
-        if self.compensated.is_some() && texels.fit.error < density.fit.error { texels } else { density }
+    fn as_built(&self) -> Hypothesis {
+        let (frame, limit) = (self.frame, f32::INFINITY);
+        let by = Hypothesis { cause: Cause::None, frame, look_up: None, limit, scale: 1.0, error: 1.0, spread: 1.0 };
+        let [density, texels] = [None, Some(self.built)].map(|look_up| self.fitted(Hypothesis { look_up, ..by }));
+        if self.compensated && texels.error < density.error { texels } else { density }
     }
 
     /// What explains what was seen; the light as it was built if nothing does.
     #[inline(never)]
-    fn explain(
-        &self,
-        seen: &mut Seen,
-        renderer: &mut Renderer<'_, '_>,
-        as_built: &Hypothesis,
-    ) -> Result<Hypothesis, usize> {
-        if as_built.fit.error <= LEAST_DIFFERENCE {
+    fn explain(&mut self, as_built: &Hypothesis) -> Result<Hypothesis, usize> {
+        if as_built.error <= LEAST_DIFFERENCE {
             return Ok(*as_built);
         }
         let budget = 0.5 * (self.tolerance - AGREES);
-        let framed = self.best_frame(seen, renderer, as_built)?;
-        for attempt in 0..3 {
-            let best = match attempt {
-                0 if framed.cause == Cause::None => continue,
-                // How texels are looked up shows where that frame has its lights.
-                0 => {
-                    self.look(&framed.frame, renderer, seen)?;
-                    self.best_look_up(seen, &self.fitted(seen, framed))
-                }
-                1 => {
-                    self.look(&self.frame, renderer, seen)?;
-                    self.best_look_up(seen, as_built)
-                }
-                _ => self.clamped(seen, as_built),
+        let framed = self.best(as_built, true, &mut frames(as_built))?;
+        for (attempt, by) in [framed, *as_built, *as_built].into_iter().enumerate() {
+            let by_frame = attempt == 0;
+            if by_frame && by.cause == Cause::None {
+                continue;
+            }
+            let best = if attempt < 2 {
+                // How texels are looked up shows where a frame has its lights.
+                self.look(&by.frame)?;
+                let by = self.fitted(by);
+                self.best(&by, false, &mut look_ups(&by, self.built, self.light.chart.layout))?
+            } else {
+                self.clamped(as_built)
             };
-            let left = if attempt == 0 && as_built.fit.spread < AGREES && self.compensated.is_none() {
+            let left = if by_frame && as_built.spread < AGREES && !self.compensated {
                 // Only suns show that frame: each of many angles moves them almost there.
                 LEAST_DIFFERENCE
             } else {
-                min(self.tolerance, EXPLAINS * as_built.fit.error)
+                min(self.tolerance, EXPLAINS * as_built.error)
             };
-            let explains = best.fit.error <= left + budget
-                && best.fit.spread <= max(WINS * as_built.fit.spread, LEAST_DIFFERENCE + budget);
-            if explains && self.missing(renderer, &best, &BESIDE)?[1] < EXPLAINS {
+            let explains =
+                best.error <= left + budget && best.spread <= max(WINS * as_built.spread, LEAST_DIFFERENCE + budget);
+            if explains && self.missing(&best, &BESIDE)?[1] < EXPLAINS {
                 return Ok(best);
             }
         }
         Ok(*as_built)
     }
 
-    /// The frame that explains best what was seen.
+    /// The best of some hypotheses, simpler ones first, if it is much better than what stands. Those of frames are judged also where they
+    /// say that there is light.
     #[inline(never)]
-    fn best_frame(
-        &self,
-        seen: &Seen,
-        renderer: &mut Renderer<'_, '_>,
-        as_built: &Hypothesis,
+    fn best(
+        &mut self,
+        stands: &Hypothesis,
+        frames: bool,
+        all: &mut dyn Iterator<Item = Hypothesis>,
     ) -> Result<Hypothesis, usize> {
-        let inverse = Frame::from_array(&transposed(&self.frame.to_array()));
-        let mut best = *as_built;
-        let mut most = FRAME_WINS * as_built.fit.error;
-        for (number, base) in [self.frame, Frame::IDENTITY, inverse].iter().enumerate() {
-            let other = number > 0;
-            if other && *base == self.frame {
-                continue;
-            }
-            for class in [Cause::None, Cause::Turned, Cause::Mirrored, Cause::UpsideDown, Cause::Axes] {
-                for axes in (0..Axes::COUNT).filter_map(Axes::of).filter(|axes| axes.cause() == class) {
-                    let cause = if other { Cause::Frame } else { class };
-                    let by = Hypothesis { cause, frame: axes.applied(base), look_up: None, ..*as_built };
-                    let by = self.fitted(seen, by);
-                    if by.fit.error < most {
-                        // As the error of the light as it was built, of which half the directions are its own.
-                        let error = max(by.fit.error, 0.5 * self.missing(renderer, &by, &[0.0])?[0]);
-                        if error < most {
-                            best = by;
-                            most = SIMPLER_FIRST * error;
-                        }
-                    }
+        let mut best = *stands;
+        let mut most = if frames { FRAME_WINS } else { WINS } * stands.error;
+        for by in all {
+            let by = self.fitted(by);
+            if by.error < most {
+                // As the error of the light as it was built, of which half the directions are its own.
+                let missing = if frames { 0.5 * self.missing(&by, &[0.0])?[0] } else { 0.0 };
+                let error = max(by.error, missing);
+                if error < most {
+                    (best, most) = (by, SIMPLER_FIRST * error);
                 }
             }
         }
         Ok(best)
     }
 
-    /// How the renderer must look the map up so that a frame explains best what was seen.
-    #[inline(never)]
-    fn best_look_up(&self, seen: &Seen, framed: &Hypothesis) -> Hypothesis {
-        let mut best = *framed;
-        if framed.fit.error <= LEAST_DIFFERENCE {
-            return best;
-        }
-        let mut most = WINS * framed.fit.error;
-        for look_up in (0..LookUp::COUNT).map(|code| self.built.changed(code)) {
-            if look_up.rows_at_poles != self.built.rows_at_poles && self.light.chart.layout != Layout::LatLong {
-                continue;
-            }
-            let cause = if framed.cause == Cause::None { look_up.cause(&self.built) } else { framed.cause };
-            let by = self.fitted(seen, Hypothesis { cause, look_up: Some(look_up), ..*framed });
-            if by.fit.error < most {
-                best = by;
-                most = SIMPLER_FIRST * by.fit.error;
-            }
-        }
-        best
-    }
-
     /// A renderer that clamps what it looks up at the most that was seen; the light as it was built where that shows at no two
     /// lights, or where the renderer may just see no lamp.
     #[inline(never)]
-    fn clamped(&self, seen: &Seen, as_built: &Hypothesis) -> Hypothesis {
-        let limit = seen.luminance.as_flattened().iter().fold(0.0, |most, l| max(most, *l));
-        let (mut least, mut most) = (f32::INFINITY, 0.0);
-        for wi in &seen.wi {
-            let mut light = [0.0];
-            self.luminances(as_built, &[*wi], &mut light);
-            if light[0] > limit {
-                (least, most) = (min(least, light[0]), max(most, light[0]));
-            }
+    fn clamped(&self, as_built: &Hypothesis) -> Hypothesis {
+        let limit = self.luminance.iter().fold(0.0, |most, l| max(most, *l));
+        let (mut least, mut most, mut light) = (f32::INFINITY, 0.0, [0.0; HALF]);
+        self.luminances(as_built, &self.wi, &mut light);
+        for &light in light.iter().filter(|light| **light > limit) {
+            (least, most) = (min(least, light), max(most, light));
         }
         if most < CLAMPS_SPAN * least || limit < LEAST_CLAMP * self.mean {
             return *as_built;
         }
-        self.fitted(seen, Hypothesis { cause: Cause::Clamped, limit, ..*as_built })
+        self.fitted(Hypothesis { cause: Cause::Clamped, limit, ..*as_built })
     }
 
     /// The error where a hypothesis says that the renderer sees light: the mean, and the sum of differences over that of light.
     ///
     /// Directions are drawn from the light in its frame, once for each of some distances beside, in texels.
     #[inline(never)]
-    fn missing(&self, renderer: &mut Renderer<'_, '_>, by: &Hypothesis, beside: &[f32]) -> Result<[f32; 2], usize> {
+    fn missing(&mut self, by: &Hypothesis, beside: &[f32]) -> Result<[f32; 2], usize> {
         let [mut mean, mut difference, mut light] = [0.0; 3];
         let texel = PI / sqrt(self.texels[0] * self.texels[1]);
         for (time, beside) in (0..).zip(beside) {
@@ -438,12 +368,12 @@ impl<'a> Map<'a> {
                     *wi = (drawn + around).normalize_or_zero().to_array();
                 }
                 let (mut seen, mut lights) = ([0.0; CONFIRMING], [0.0; CONFIRMING]);
-                renderer.look(&wi, &mut seen)?;
+                self.renderer.look(&wi, &mut seen)?;
                 self.luminances(by, &wi, &mut lights);
-                mean += self.error(&seen, &lights, by.fit.scale);
+                mean += self.error(&seen, &lights, by.scale);
                 for (seen, l) in seen.iter().zip(&lights) {
-                    difference += (seen - l * by.fit.scale).abs();
-                    light += max(*seen, l * by.fit.scale);
+                    difference += (seen - l * by.scale).abs();
+                    light += max(*seen, l * by.scale);
                 }
             }
         }
@@ -470,7 +400,7 @@ impl<'a> Map<'a> {
         (place.face, [across * columns + how.shift[0], y + how.shift[1]])
     }
 
-    /// The inverse of [`Map::position`]. Columns of a lat-long map wrap; elsewhere the border goes on.
+    /// The inverse of [`Compared::position`]. Columns of a lat-long map wrap; elsewhere the border goes on.
     #[inline(never)]
     fn direction(&self, how: &LookUp, face: f32, [x, y]: [f32; 2]) -> [f32; 3] {
         let chart = &self.light.chart;
@@ -514,16 +444,14 @@ impl<'a> Map<'a> {
 
     /// The hypothesis with its factor and its error.
     #[inline(never)]
-    fn fitted(&self, seen: &Seen, by: Hypothesis) -> Hypothesis {
-        let mut light = [[0.0; HALF]; 2];
-        let [of_drawn, of_spread] = &mut light;
-        self.luminances(&by, &seen.wi, of_drawn);
-        for (index, out) in (0..).zip(of_spread.chunks_mut(1)) {
-            self.luminances(&by, &[spread(index)], out);
-        }
-        let scale = ratio(seen.luminance.as_flattened(), light.as_flattened(), DARK * self.mean);
-        let [drawn, spread] = [0, 1].map(|half| self.error(&seen.luminance[half], &light[half], scale));
-        Hypothesis { fit: Fit { error: 0.5 * (drawn + spread), spread, scale }, ..by }
+    fn fitted(&self, by: Hypothesis) -> Hypothesis {
+        let mut light = [0.0; DIRECTIONS];
+        self.luminances(&by, &self.wi, &mut light);
+        let scale = ratio(&self.luminance, &light, DARK * self.mean);
+        let mut halves = self.luminance.chunks(HALF).zip(light.chunks(HALF));
+        let [drawn, spread] =
+            [(); 2].map(|()| halves.next().map_or(0.0, |(seen, light)| self.error(seen, light, scale)));
+        Hypothesis { error: 0.5 * (drawn + spread), spread, scale, ..by }
     }
 
     /// The mean error between what was seen and a light.
@@ -562,38 +490,50 @@ fn ratio(seen: &[f32], light: &[f32], dark: f32) -> f32 {
     if low == 0 { 0.0 } else { min(f32::from_bits(high), f32::MAX) }
 }
 
-impl LookUp {
-    /// Filters, rows and shifts by half a texel along both axes.
-    const COUNT: u32 = 2 * 2 * 9;
+/// Other frames, simpler ones first: those that take axes to axes, of the light's frame, of none, and of the inverse.
+fn frames(as_built: &Hypothesis) -> impl Iterator<Item = Hypothesis> {
+    const KINDS: [Cause; 5] = [Cause::None, Cause::Turned, Cause::Mirrored, Cause::UpsideDown, Cause::Axes];
+    let by = Hypothesis { look_up: None, ..*as_built };
+    let inverse = Frame::from_array(&transposed(&by.frame.to_array()));
+    let others = [Frame::IDENTITY, inverse].into_iter().filter(move |base| *base != by.frame);
+    let bases = core::iter::once((by.frame, false)).chain(others.map(|base| (base, true)));
+    bases.flat_map(move |(base, other)| {
+        let of_kind = |kind: Cause| (0..Axes::COUNT).map(Axes::of).filter(move |axes| axes.cause() == kind);
+        KINDS.into_iter().flat_map(of_kind).map(move |axes| {
+            let cause = if other { Cause::Frame } else { axes.cause() };
+            Hypothesis { cause, frame: axes.applied(&base), ..by }
+        })
+    })
+}
 
-    /// The look-ups that differ from this one, simpler changes first.
-    fn changed(&self, code: u32) -> LookUp {
-        let filter = match (code % 2, self.filter) {
+/// Other look-ups, simpler ones first: filters, rows, and shifts by half a texel along both axes. None if that is no difference.
+fn look_ups(by: &Hypothesis, built: LookUp, layout: Layout) -> impl Iterator<Item = Hypothesis> {
+    const SHIFTS: [f32; 3] = [0.0, 0.5, -0.5];
+    let by = *by;
+    let rows = if layout == Layout::LatLong { 2 } else { 1 };
+    let count = if by.error > LEAST_DIFFERENCE { SHIFTS.len() * SHIFTS.len() * 4 } else { 0 };
+    (0..count).filter(move |code| code / 2 % 2 < rows).map(move |code| {
+        let filter = match (code % 2, built.filter) {
             (0, filter) => filter,
             (_, Filter::Bilinear) => Filter::Nearest,
             (_, Filter::Nearest) => Filter::Bilinear,
         };
-        let half = |code: u32| match code % 3 {
-            0 => 0.0,
-            1 => 0.5,
-            _ => -0.5,
-        };
-        let shift = [half(code / 4), half(code / 12)];
-        LookUp { filter, rows_at_poles: self.rows_at_poles != (code / 2 % 2 == 1), shift }
-    }
-
-    /// The change from how the light was built; of several the one that costs most.
-    fn cause(&self, built: &LookUp) -> Cause {
-        if self.shift != [0.0; 2] {
+        let rows_at_poles = built.rows_at_poles != (code / 2 % 2 == 1);
+        let look_up = LookUp { filter, rows_at_poles, shift: [SHIFTS[code / 4 % 3], SHIFTS[code / 12 % 3]] };
+        // Of several changes the one that costs most.
+        let cause = if by.cause != Cause::None {
+            by.cause
+        } else if look_up.shift != [0.0; 2] {
             Cause::Shifted
-        } else if self.rows_at_poles != built.rows_at_poles {
+        } else if rows_at_poles != built.rows_at_poles {
             Cause::Rows
-        } else if self.filter != built.filter {
+        } else if filter != built.filter {
             Cause::Filter
         } else {
             Cause::None
-        }
-    }
+        };
+        Hypothesis { cause, look_up: Some(look_up), ..by }
+    })
 }
 
 /// A rotation or reflection that takes axes to axes: component k of a direction becomes `sign[k]` times component `from[k]`.
@@ -604,13 +544,12 @@ struct Axes {
 }
 
 impl Axes {
-    const COUNT: usize = 27 * 8;
+    const COUNT: usize = 6 * 8;
 
-    fn of(code: usize) -> Option<Axes> {
-        let from = [code % 3, code / 3 % 3, code / 9 % 3];
-        let sign = [code / 27, code / 54, code / 108].map(|half| if half % 2 == 0 { 1.0 } else { -1.0 });
-        let permutes = from[0] != from[1] && from[1] != from[2] && from[2] != from[0];
-        permutes.then_some(Axes { from, sign })
+    fn of(code: usize) -> Axes {
+        const ORDERS: [[usize; 3]; 6] = [[2, 1, 0], [1, 2, 0], [2, 0, 1], [0, 2, 1], [1, 0, 2], [0, 1, 2]];
+        let sign = [code / 6, code / 12, code / 24].map(|half| if half % 2 == 0 { 1.0 } else { -1.0 });
+        Axes { from: ORDERS[code % 6], sign }
     }
 
     fn cause(&self) -> Cause {
@@ -631,13 +570,10 @@ impl Axes {
 
     /// The frame of a renderer that looks up these components of a direction in map space: `M P^T` for `world = M map`.
     fn applied(&self, frame: &Frame) -> Frame {
-        let columns = frame.to_array();
-        let mut out = [0.0; 9];
-        for (column, (&from, &sign)) in out.chunks_exact_mut(3).zip(self.from.iter().zip(&self.sign)) {
-            for (out, x) in column.iter_mut().zip(columns.iter().skip(3 * from)) {
-                // Never -0.
-                *out = sign * x + 0.0;
-            }
+        let (columns, mut out) = (frame.to_array(), [0.0; 9]);
+        for (k, out) in out.iter_mut().enumerate() {
+            // Never -0.
+            *out = self.sign[k / 3] * columns[(3 * self.from[k / 3] + k % 3) % 9] + 0.0;
         }
         Frame::from_array(&out)
     }

@@ -6,8 +6,7 @@
 //! All but the light of cells is kept in 16 bits: F between corners is known far less exactly, and a preparation from cold caches waits for
 //! half as many lines.
 
-use super::area::{Area, Sampled, splat};
-use super::parts::{self, BORDERS, Borders, EVEN, MIDDLES, PARTS};
+use super::parts::{self, Area, BORDERS, Borders, EVEN, MIDDLES, PARTS, Sampled};
 use super::tables::Light;
 use crate::numeric::sqrt;
 use crate::simd::{Four, GROUP, Num};
@@ -303,7 +302,7 @@ fn middles(area: &Area<'_>, borders: &Borders, first: usize) -> Sampled {
 // Apart, so that its stack is free again.
 #[inline(never)]
 fn cone(area: &Area<'_>) -> ([f32; 3], [f32; 2]) {
-    let [axis, ..] = transposed(area.direction([splat(0.5); 2]));
+    let [axis, ..] = transposed(area.direction([Four::splat(0.5); 2]));
     let mut lattice = [[0.0; 3]; (LATTICE * LATTICE).next_multiple_of(GROUP)];
     for (group, out) in lattice.chunks_exact_mut(Four::WIDTH).enumerate() {
         let at =

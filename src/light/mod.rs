@@ -1,6 +1,5 @@
 //! The light: an environment map as small cumulative tables, exactly as the renderer looks it up.
 
-mod area;
 pub mod batch;
 pub mod blocks;
 mod budget;

@@ -59,8 +59,6 @@ const FINEST: u32 = 12;
 const BITS: u32 = 24;
 /// The most cells of a grid along an axis.
 const GRID: usize = 64;
-/// So many of those in which light crosses what the mean leaves.
-const ACROSS: usize = 8;
 /// Cells at the top of the pyramid along an axis.
 const TOP: u32 = 16;
 /// Numbers of a pyramid's cell: mass and square.
@@ -633,17 +631,17 @@ impl Field<'_> {
             across &= (1 << count) - 1;
         }
         while across != 0 {
-            let (mut group, found) = ([0; ACROSS], across.count_ones() as usize);
+            let (mut group, found) = ([0; Four::WIDTH], across.count_ones() as usize);
             for place in group.iter_mut().take(found) {
                 *place = across.trailing_zeros() as usize;
                 across &= across - 1;
             }
             let corners = |above: &[f32; GRID + 1], below: &[f32; GRID + 1], next: usize| {
                 [(above, 0), (above, next), (below, 0), (below, next)]
-                    .map(|(line, next)| group.map(|i| line[i % GRID + (next & 1)]))
+                    .map(|(line, next)| Four::each(|lane| line[group[lane] % GRID + (next & 1)]))
             };
             let light = corners(&above.light, below_light, next);
-            let [sums, squares] = self.means_across(&light, &corners(&above.angle, &below.angle, 1));
+            let [sums, squares] = self.means_across(light, corners(&above.angle, &below.angle, 1)).map(Num::store);
             for (&i, (sum, square)) in group.iter().zip(sums.iter().zip(squares)).take(found) {
                 let area = row.width[i % GRID] * row.height;
                 (row.light[i % GRID], row.square[i % GRID]) = (area * sum, area * square);
@@ -653,27 +651,19 @@ impl Field<'_> {
 
     /// The means of cells, and of their squares, where light crosses what the mean leaves: at 4 x 4 places.
     #[inline(never)]
-    fn means_across(&self, light: &[[f32; ACROSS]; 4], angle: &[[f32; ACROSS]; 4]) -> [[f32; ACROSS]; 2] {
+    fn means_across(&self, light: [Four; 4], angle: [Four; 4]) -> [Four; 2] {
         const AT: [f32; 4] = [0.125, 0.375, 0.625, 0.875];
         let mix = |a: Four, b: Four, t: f32| a + (b - a) * t;
-        let mut means = [[0.0; ACROSS]; 2];
-        for first in (0..ACROSS).step_by(Four::WIDTH) {
-            let [light, angle] = [light, angle].map(|of| of.each_ref().map(|of| Four::at(of, first)));
-            let (mut sum, mut squares) = (Four::splat(0.0), Four::splat(0.0));
-            for t in AT {
-                let ends = |[a, b, c, d]: [Four; 4]| [mix(a, c, t), mix(b, d, t)];
-                let ([a, b], [p, q]) = (ends(light), ends(angle));
-                for s in AT {
-                    let g = self.excess(mix(a, b, s)) * mix(p, q, s);
-                    sum = sum + g;
-                    squares = squares + g * g;
-                }
-            }
-            for (mean, sum) in means.iter_mut().zip([sum, squares]) {
-                (sum * (1.0 / 16.0)).write(mean, first);
+        let mut sums = [Four::splat(0.0); 2];
+        for t in AT {
+            let ends = |[a, b, c, d]: [Four; 4]| [mix(a, c, t), mix(b, d, t)];
+            let ([a, b], [p, q]) = (ends(light), ends(angle));
+            for s in AT {
+                let g = self.excess(mix(a, b, s)) * mix(p, q, s);
+                sums = [sums[0] + g, sums[1] + g * g];
             }
         }
-        means
+        sums.map(|sum| sum * (1.0 / 16.0))
     }
 
     /// Writes a part of a row of the lowest level of the pyramid, and answers the integral of its light.

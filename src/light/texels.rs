@@ -46,9 +46,29 @@ pub struct Tile {
 }
 
 impl Tile {
+    /// A rectangle between two patches.
+    pub fn new(face: u32, [origin, end]: [[u32; 2]; 2], step: [u32; 2]) -> Tile {
+        Tile { face, origin, end, step, grid: [0, 1].map(|k: usize| (end[k] - origin[k]).div_ceil(1 << step[k])) }
+    }
+
     /// The edge before cell `i` along an axis.
     pub fn edge(&self, axis: usize, i: u32) -> u32 {
         (self.origin[axis] + (i << self.step[axis])).min(self.end[axis])
+    }
+
+    /// The cells of its grid, row by row, as tiles of single patches.
+    pub fn cells(self) -> impl Iterator<Item = Tile> {
+        let [columns, rows] = self.grid;
+        let at = (0..rows).flat_map(move |j| (0..columns).map(move |i| [i, j]));
+        at.map(move |[i, j]| {
+            let origin = [self.edge(0, i), self.edge(1, j)];
+            Tile::new(self.face, [origin, [self.edge(0, i + 1), self.edge(1, j + 1)]], [0; 2])
+        })
+    }
+
+    /// Tiles of at most 16 x 16 single patches that cover it.
+    pub fn parts(&self) -> impl Iterator<Item = Tile> {
+        Tile::new(self.face, [self.origin, self.end], [BLOCK.ilog2(); 2]).cells()
     }
 }
 
@@ -303,18 +323,10 @@ impl Texels<'_> {
         )
     }
 
-    /// The light of each patch of a tile whose step is 0, row by row, [`BLOCK`] in each.
-    pub fn masses(&self, tile: &Tile, mass: &mut PatchValues) {
-        self.each_mass(tile, |i, j, light| {
-            if let Some(out) = mass.get_mut(j as usize * BLOCK + i as usize) {
-                *out = light;
-            }
-        });
-    }
-
-    /// Hands out the light of each patch of a tile of single patches, with its column and row in the tile.
+    /// Hands out each patch of a tile of single patches: its place in the tile, the weights of its corners, their light (for a nearest
+    /// client that of the patch), and its light.
     #[inline(always)]
-    pub fn each_mass(&self, tile: &Tile, mut each: impl FnMut(u32, u32, f64)) {
+    pub fn each_patch(&self, tile: &Tile, mut each: impl FnMut([u32; 2], [f64; 4], [f64; 4], f64)) {
         let mut corners: Corners = [0.0; (BLOCK + 1) * (BLOCK + 1)];
         let bilinear = self.plan.of.filter == Filter::Bilinear;
         if bilinear {
@@ -329,20 +341,24 @@ impl Texels<'_> {
             for (i, corner) in (0..tile.grid[0]).zip(corner_pairs) {
                 let (&[c00, c01], &[c10, c11]) = corner else { continue };
                 let x = tile.origin[0] + i;
-                let [w00, w01, w10, w11] = match self.plan.of.layout {
+                let weights = match self.plan.of.layout {
                     Layout::Cube => self.cube_weights(x, y),
                     _ => self.column_weights(x, weights),
                 };
-                let light = if bilinear && c00.max(c01).max(c10.max(c11)) <= 0.0 {
+                let [w00, w01, w10, w11] = weights;
+                if !bilinear {
+                    let patch = f64::from(self.patch(tile.face, x, y));
+                    each([i, j], weights, [patch; 4], ((w00 + w01) + (w10 + w11)) * patch);
+                    continue;
+                }
+                let lit = [c00, c01, c10, c11].map(|c| f64::from(c.abs()));
+                let light = if c00.max(c01).max(c10.max(c11)) <= 0.0 {
                     // Black, whatever its corners are lifted to.
                     0.0
-                } else if bilinear {
-                    let [c00, c01, c10, c11] = [c00, c01, c10, c11].map(|c| f64::from(c.abs()));
-                    (w00 * c00 + w01 * c01) + (w10 * c10 + w11 * c11)
                 } else {
-                    ((w00 + w01) + (w10 + w11)) * f64::from(self.patch(tile.face, x, y))
+                    (w00 * lit[0] + w01 * lit[1]) + (w10 * lit[2] + w11 * lit[3])
                 };
-                each(i, j, light);
+                each([i, j], weights, lit, light);
             }
         }
     }
@@ -360,36 +376,6 @@ impl Texels<'_> {
         };
         let [x, y] = [(x / (*refined).max(1)).min(last[0]), row.min(last[1])];
         self.inner(face, x, y)
-    }
-
-    /// The light of each patch of a tile whose step is 0, for a nearest client: row by row, [`BLOCK`] + 1 in each.
-    pub fn patches(&self, tile: &Tile, patches: &mut Corners) {
-        for (y, row) in (tile.origin[1]..tile.end[1]).zip(patches.chunks_exact_mut(BLOCK + 1)) {
-            for (x, out) in (tile.origin[0]..tile.end[0]).zip(row) {
-                *out = self.patch(tile.face, x, y);
-            }
-        }
-    }
-
-    /// The weights of the upper and of the lower corners of each patch in row `j` of a tile; of cubes, about.
-    pub fn halves(&self, tile: &Tile, j: u32, [upper, lower]: &mut [[f32; BLOCK]; 2]) {
-        let y = tile.origin[1] + j;
-        let rows = self.rows.get(y as usize).copied().unwrap_or_default();
-        for (x, (upper, lower)) in (tile.origin[0]..tile.end[0]).zip(upper.iter_mut().zip(lower)) {
-            [*upper, *lower] = match self.plan.of.layout {
-                Layout::Cube => {
-                    let side = self.plan.chart.axes[0].length;
-                    let shift = self.plan.chart.axes[0].shift;
-                    let [s, t] = [x, y].map(|k| ((k as f32 + 0.5 - shift) * 2.0 / side - 1.0).clamp(-1.0, 1.0));
-                    let squared = 1.0 + s * s + t * t;
-                    [1.0 / (squared * crate::numeric::sqrt(squared) * side * side); 2]
-                }
-                _ => {
-                    let [upper, _, lower, _] = self.column_weights(x, rows);
-                    [upper as f32, lower as f32]
-                }
-            };
-        }
     }
 
     /// The weights of a patch's four corners from those of its row.

@@ -9,6 +9,7 @@ import re
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from statistics import geometric_mean, linear_regression
 
 # Every so many pixels of an image of 960 x 560: hits of a pixel are then as near to one another as those of a real image.
 VIEW = ["--width", "24", "--height", "14", "--stride", "40"]
@@ -49,6 +50,11 @@ LOSSES = 8
 GOALS = {"(0,2)-sequence": [3.0, 1.5], "random": [5.5, 3.5]}
 
 
+def read(path):
+    with open(path, encoding="utf-8") as file:
+        return file.read()
+
+
 def rows_of(command):
     """The numbers that the path tracer prints: 10 for each number of samples and method."""
     out = subprocess.run(command, check=True, capture_output=True, text=True).stdout
@@ -76,8 +82,7 @@ def experiments_of(program, path):
 
 def measured(of, columns, program, folder, file):
     if os.path.isfile(folder):
-        with open(file, encoding="utf-8") as kept:
-            return kept.read().splitlines()[1:]
+        return read(file).splitlines()[1:]
     maps = sorted(m for m in glob.glob(f"{folder}/*.hdr") if "cross" not in m and "probe" not in m)
     with ThreadPoolExecutor(2) as pool:
         lines = [line for lines in pool.map(lambda m: of(program, m), maps) for line in lines]
@@ -88,10 +93,6 @@ def measured(of, columns, program, folder, file):
 
 def table(head, rows):
     return "\n".join(["| " + " | ".join(cells) + " |" for cells in [head, ["---"] * len(head), *rows]]) + "\n"
-
-
-def mean(values):
-    return math.exp(sum(map(math.log, values)) / len(values))
 
 
 # Why a goal is missed, by numbers and metric; what is measured stands before it.
@@ -141,7 +142,7 @@ def main(program, folder, path):
     numbers_of_samples = sorted({group[2] for group in groups})
 
     def text(values):
-        return f"{mean(values):.2f}x ({min(values):.2f}x)" if values else "-"
+        return f"{geometric_mean(values):.2f}x ({min(values):.2f}x)" if values else "-"
 
     summary, rows, goals = [], [], []
     for place in places:
@@ -153,7 +154,7 @@ def main(program, folder, path):
             rows.append([f"{group[0]}, {group[1]}", str(group[2]), name, *[text(gains(group, method, metric)) for method in PATTERNS]])
     def under(maps, tracer, *run):
         keys = [(tracer, name, *run) for name in maps if (tracer, name, *run) in told]
-        return ", ".join(f"{mean([gain(key, ADVISED[tracer], metric) for key in keys]):.2f}x" for metric in (1, 0)) if keys else "-"
+        return ", ".join(f"{geometric_mean([gain(key, ADVISED[tracer], metric) for key in keys]):.2f}x" for metric in (1, 0)) if keys else "-"
 
     by_map = [[name, *[under(maps, *run) for run in BY_MAP]] for name, maps in [*((name, [name]) for name in names), ("outdoors by day", OUTDOORS)]]
     for numbers, goal in GOALS.items():
@@ -161,15 +162,15 @@ def main(program, folder, path):
         for metric, name in enumerate(METRICS):
             keys = [(key, ADVISED[group[0]]) for group in kept for key in of(group)]
             found = [gain(key, ours, metric) for key, ours in keys]
-            error = mean([cells[key][best_of(key, metric)][1 + metric] / cells[key][ours][1 + metric] for key, ours in keys])
-            time = mean([cells[key][ours][0] / cells[key][best_of(key, metric)][0] for key, ours in keys])
-            reached = mean(found) >= goal[metric] and (metric == 0 or min(found) >= 1)
+            error = geometric_mean([cells[key][best_of(key, metric)][1 + metric] / cells[key][ours][1 + metric] for key, ours in keys])
+            time = geometric_mean([cells[key][ours][0] / cells[key][best_of(key, metric)][0] for key, ours in keys])
+            reached = geometric_mean(found) >= goal[metric] and (metric == 0 or min(found) >= 1)
             least = ", and no cell below 1" if metric else ""
             where = "path tracers" if numbers == "random" else "all tracers with 16 samples and more"
             verdict = "reached" if reached else f"**missed**: {CAUSES[numbers, name]}"
-            goals.append(f"- {numbers}, {where}, {name}: {mean(found):.2f}x, least {min(found):.2f}x; with as many samples {error:.2f}x in {time:.2f}x of the "
+            goals.append(f"- {numbers}, {where}, {name}: {geometric_mean(found):.2f}x, least {min(found):.2f}x; with as many samples {error:.2f}x in {time:.2f}x of the "
                          f"time. The goal of {goal[metric]}x{least} is {verdict}.")
-    sphere = mean([value for group in groups if group[0] == "spheres" for value in gains(group, ADVISED["spheres"], 1)])
+    sphere = geometric_mean([value for group in groups if group[0] == "spheres" for value in gains(group, ADVISED["spheres"], 1)])
     goals.append(f"- A tracer of spheres whose rays cost 50 ns, relative: {sphere:.2f}x. The goal of 1x is {'reached' if sphere >= 1 else '**missed**'}.")
 
     def lacking(run, samples):
@@ -186,7 +187,7 @@ def main(program, folder, path):
     losing = ", ".join(sorted({name for name, _ in lost}))
 
     # Of one sample a pixel: all seconds of an image.
-    path_us = 1e6 * mean([cells[key]["mis"][0] / PIXELS for key in cells if key[0] == "paths" and key[3] == 1])
+    path_us = 1e6 * geometric_mean([cells[key]["mis"][0] / PIXELS for key in cells if key[0] == "paths" and key[3] == 1])
 
     losses = []
     won = {metric: [0, 0] for metric in METRICS}
@@ -204,10 +205,9 @@ def main(program, folder, path):
         """Of a line through the logarithms of errors and samples, as the mean over maps."""
         found = []
         for name in SLOPED:
-            points = [(math.log(samples), tried[run, name, samples][method][part]) for samples in (16, 64, 256, 1024) if (run, name, samples) in tried]
+            points = [(samples, tried[run, name, samples][method][part]) for samples in (16, 64, 256, 1024) if (run, name, samples) in tried]
             if len(points) == 4 and all(error > 0 for _, error in points):
-                x, y = [sum(values) / 4 for values in zip(*((x, math.log(error)) for x, error in points))]
-                found.append(sum((a - x) * (math.log(error) - y) for a, error in points) / sum((a - x) ** 2 for a, _ in points))
+                found.append(linear_regression(*zip(*((math.log(samples), math.log(error)) for samples, error in points))).slope)
         return f"{sum(found) / len(found):.2f}" if found else "-"
 
     sloped = {key[1] for key in tried if key[0] not in LACKS}
@@ -220,80 +220,18 @@ def main(program, folder, path):
     provenance = subprocess.run(["scripts/provenance.sh", "pathtracer-page"], check=True, capture_output=True, text=True).stdout
     if os.path.isfile(folder):
         # What the page says of the run it was measured in stays.
-        with open(path, encoding="utf-8") as file:
-            provenance = re.search(r"^Commit [\s\S]*", file.read(), flags=re.M).group()
+        provenance = re.search(r"^Commit [\s\S]*", read(path), flags=re.M).group()
     with open(path, "w", encoding="utf-8") as file:
-        file.write(f"""# Light in a path tracer, at equal time
-
-**In path tracers let `wis_direct` bring what exceeds the mean of the map, and BSDF rays the rest: [pattern 1](../integrating.md#1-a-path-tracer). In
-direct light let it bring all: [pattern 2](../integrating.md#2-direct-light-alone).** Against the
-better of MIS and compensated MIS this wins {won['relative'][0]} of {won['relative'][1]} cells in relative error, and {won['absolute'][0]} of \
-{won['absolute'][1]} in absolute error. A cell is a tracer, a map and a
-number of samples per pixel. {len(cells) - len(told)} cells are left out, whose errors are below what the references can tell.
-
-Efficiency over the better of MIS and compensated MIS: 1 / (mean squared error x time). Geometric mean over {len(names)} maps, in brackets the worst
-map. Above 1 is better. Both MIS take a sample of the light and one of the BSDF at each hit, with 4 rays four of each. The (0,2)-sequence is Sobol's,
-Owen-scrambled; `wis_direct` draws one of its own from `seed` and `sample`. A path of up to four hits takes {path_us:.1f} us by MIS.
-
-{table(["tracer, numbers", "metric", *[f"{samples} samples" if samples > 1 else "1 sample" for samples in numbers_of_samples]], summary)}
-{chr(10).join(goals)}
-
-## By map
-
-Relative and absolute error, with so many samples. Outdoors by day: {', '.join(OUTDOORS)}.
-
-{table(["map", *[f"{tracer}, {numbers}, {samples}" for tracer, numbers, samples in BY_MAP]], by_map)}
-## Why direct light loses
-
-Direct light, (0,2)-sequence, relative error, in scenes that lack the metal sphere of GGX 0.05, the ground, or both, or the mesh, too. The sphere where it
-mirrors the ground is dark: its light is hidden, and what is left comes from the tail of the lobe. Rays that follow BSDF times light go to what is hidden;
-light samples of MIS do not. Floor in shadow loses in the same way, by less. What is lost without both ({losing}) is on the
-mesh, which hides lamps and a low sun from itself: its share of the error is {100 * min(shares):.0f} to {100 * max(shares):.0f} %. Without the mesh, too, nothing hides them.
-
-{table(["scene", *[f"{samples} samples" for samples in (16, 64, 256)]], causes)}
-- **Products for diffuse lobes, candidates for narrow ones** is what hits do: each by its narrowest lobe. Only the varnish has a diffuse lobe
-  and one narrower than 0.2, and 2 to 8 % of the error under three maps. So drawing one of the two by chance could lower no error by more than that.
-- **Candidates driven by one sequence for the pixel** is what the library does: candidate `i` of the sample `t` is point `16 t + i` of one Owen-scrambled Sobol
-  sequence. All candidates of a pixel together are a (0,2)-sequence, and each sample's are a net. One net for a pixel, moved inside its cells by the
-  renderer's points, has 1.0 to 1.8 times the relative error with 64 samples and 2.0 to 4.7 times with 256 (a smooth sky, Lambert and GGX 0.2).
-- **A BSDF ray for direct light**: pattern 1 below. It halves the error of the floor, and has 1.4 to 2.9 times that of the metal sphere.
-- **A share of the picks for the light** is what calls have: a quarter at least. Without it pattern 2 has 0.69 (16 samples) and 0.83 times (64) the
-  efficiency in relative error, and 0.97 and 0.98 times in absolute error, of (0,2)-sequences over ten maps.
-- **More candidates, and chances for all of them**: four times as many have 0.5 to 1.1 times the efficiency in relative error under three maps. A least
-  weight of 0.2 of the mean in place of 0.05 has 1.0 to 1.3 times in relative error and 0.8 to 0.9 times in absolute error; one of 1 has 1.1 to 2.0
-  times and 0.5 to 0.6 times.
-
-## Both patterns
-
-{table(["tracer, numbers", "samples", "metric", *[CALLED[method] for method in PATTERNS]], rows)}
-- **pattern 1**, the split: `WIS_POINT_COMPENSATED`, and BSDF rays that leave the scene bring the map up to its mean. In direct light BSDF rays are
-  traced for it. **Pattern 2**: `wis_direct` brings all light.
-- Both share: `hits_per_pixel` is the number of samples of the pixel, and each pattern has a light of its own, pattern 1 with `WIS_ENVIRONMENT_COMPENSATED`.
-  From 16 samples on first hits of wide lobes draw from products. **Not shared**: `hits_per_pixel` of 0.
-- **paths**: four hits. **direct light**: one hit. **spheres**: paths without the mesh, whose rays cost 50 ns. A sphere is of GGX 0.05.
-
-## Convergence
-
-Slope of log relative error over log samples from 16 to 1024 for each pixel: direct light, (0,2)-sequence, mean over {len(sloped)} maps. Independent samples have
--1. Steeper is better. All surfaces are of one material; the coarse mesh has 960 triangles. Lambert and
-GGX 0.2 draw from products that hits share, GGX 0.05 picks among candidates. The pattern hardly changes inside a pixel.
-
-{table(["material", "pixels that see", "MIS", "compensated MIS", CALLED["alone"]], slopes)}
-## Where it loses most
-
-Of pattern 1 for paths and spheres, of pattern 2 for direct light. Error: that of the better MIS over ours with as many samples. Time: ours over
-that of the better MIS. Every cell stands in [pathtracer.tsv](pathtracer.tsv), those of other scenes in
-[pathtracer-experiments.tsv](pathtracer-experiments.tsv).
-
-{table(["map", "tracer, numbers", "samples", "metric", "efficiency", "error", "time"], worst) if worst else "In no cell."}
-## How it was measured
-
-`make pathtracer-page MAPS=folder` wrote this page. The tracer is `scene.h` and `path.h` in `c-examples/pathtracer`: spheres, a mesh of 115,200
-triangles, Lambert, GGX of alpha 0.05, 0.15 and 0.3, patterned albedo. One ray for light at each hit, or four. 24 x 14 pixels, every 40th of an image of 960 x 560;
-processor time of one thread; methods take turns. Errors are the mean of (image - one reference) x (image - the other), so that the noise of
-references does not bias them. Relative error: squared error / (reference^2 + 1e-4 mean^2). Maps: {", ".join(names)}.
-
-{provenance}""")
+        file.write(read("scripts/pathtracer.md").removesuffix("\n").format(
+            won_relative=won["relative"][0], of_relative=won["relative"][1], won_absolute=won["absolute"][0], of_absolute=won["absolute"][1],
+            untold=len(cells) - len(told), maps=len(names), path_us=path_us, goals="\n".join(goals), outdoors=", ".join(OUTDOORS), losing=losing,
+            summary=table(["tracer, numbers", "metric", *[f"{samples} samples" if samples > 1 else "1 sample" for samples in numbers_of_samples]], summary),
+            by_map=table(["map", *[f"{tracer}, {numbers}, {samples}" for tracer, numbers, samples in BY_MAP]], by_map),
+            least_share=100 * min(shares), largest_share=100 * max(shares), sloped=len(sloped), names=", ".join(names), provenance=provenance,
+            causes=table(["scene", *[f"{samples} samples" for samples in (16, 64, 256)]], causes),
+            rows=table(["tracer, numbers", "samples", "metric", *[CALLED[method] for method in PATTERNS]], rows),
+            slopes=table(["material", "pixels that see", "MIS", "compensated MIS", CALLED["alone"]], slopes),
+            worst=table(["map", "tracer, numbers", "samples", "metric", "efficiency", "error", "time"], worst) if worst else "In no cell."))
 
 
 os.chdir(os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))

@@ -23,14 +23,39 @@ pub struct Table {
     pub rows: Vec<Vec<String>>,
 }
 
+/// No columns of a kind.
+pub const NONE: [&str; 0] = [];
+
 impl Table {
-    pub fn new(words: usize, head: &[impl AsRef<str>]) -> Table {
-        Table { head: head.iter().map(|name| name.as_ref().to_string()).collect(), words, rows: Vec::new() }
+    /// By the heads of its columns.
+    pub fn new<W: ToString, N: ToString>(
+        words: impl IntoIterator<Item = W>,
+        numbers: impl IntoIterator<Item = N>,
+    ) -> Table {
+        let words: Vec<W> = words.into_iter().collect();
+        Table { words: words.len(), head: line(words, numbers), rows: Vec::new() }
     }
 
-    pub fn row(&mut self, cells: impl IntoIterator<Item = String>) {
-        self.rows.push(cells.into_iter().collect());
+    pub fn row<W: ToString, N: ToString>(
+        &mut self,
+        words: impl IntoIterator<Item = W>,
+        numbers: impl IntoIterator<Item = N>,
+    ) {
+        self.rows.push(line(words, numbers));
     }
+}
+
+fn line<W: ToString, N: ToString>(
+    words: impl IntoIterator<Item = W>,
+    numbers: impl IntoIterator<Item = N>,
+) -> Vec<String> {
+    let words = words.into_iter().map(|word| word.to_string());
+    words.chain(numbers.into_iter().map(|number| number.to_string())).collect()
+}
+
+/// A text and a table below a heading.
+pub fn section(heading: &str, text: impl Into<String>, table: Table) -> Vec<Part> {
+    vec![Part::Heading(heading.into()), Part::Text(text.into()), Part::Table(table)]
 }
 
 /// A gain as pages print it: three figures and an x.
@@ -135,8 +160,8 @@ mod tests {
     #[test]
     fn plots_stand_beside_the_page() {
         let folder = std::env::temp_dir().join(format!("wis-page-{}", std::process::id()));
-        let mut table = Table::new(1, &["lobe", "gain"]);
-        table.row(["Lambert", "2.0x"].map(String::from));
+        let mut table = Table::new(["lobe"], ["gain"]);
+        table.row(["Lambert"], ["2.0x"]);
         let plot = Part::Plot("p.svg".into(), "<svg/>".into(), "a plot".into());
         let parts = vec![Part::Heading("A".into()), Part::Table(table), plot];
         Page { title: "T".into(), parts, made_from: "made".into() }.write(&folder.join("a.md")).unwrap();

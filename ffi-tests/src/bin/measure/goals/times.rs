@@ -8,8 +8,7 @@ use wis_ffi_tests::caches::{CACHES, COLD, RENDERER, SLOWER, WARM};
 use wis_ffi_tests::client::{self, Block, Density, raw};
 use wis_ffi_tests::environment::{self, Light};
 use wis_ffi_tests::page::{Part, Table};
-use wis_ffi_tests::statistics::geometric;
-use wis_ffi_tests::statistics::{bootstrap_ratio, median};
+use wis_ffi_tests::statistics::{bootstrap_ratio, geometric, median};
 use wis_ffi_tests::timing::singles;
 
 /// Calls for rays: name, material, rays, candidates for each.
@@ -38,7 +37,7 @@ type Times = [[Vec<f64>; CACHES.len()]; 2];
 pub fn parts(lit: &Lit, rounds: usize) -> Result<Vec<Part>> {
     let heads =
         CACHES.iter().flat_map(|caches| [format!("0.2, {caches}"), caches.to_string(), format!("ratio, {caches}")]);
-    let mut table = Table::new(1, &["ns".to_string()].into_iter().chain(heads).collect::<Vec<_>>());
+    let mut table = Table::new(["ns"], heads);
     let mut slower = Vec::new();
     for (name, material, rays, candidates) in CALLS {
         let times = direct(lit, material, (rays, candidates), rounds)?;
@@ -76,7 +75,7 @@ fn row(table: &mut Table, name: &str, items: usize, [old, new]: &Times) {
         let ns = |all: &[f64]| format!("{:.0}", median(all) / items as f64);
         [ns(old), ns(new), printed(bootstrap_ratio(&kept(old), &kept(new)))]
     });
-    table.row(std::iter::once(name.to_string()).chain(cells));
+    table.row([name], cells);
 }
 
 fn direct(lit: &Lit, material: &str, (rays, candidates): (usize, usize), rounds: usize) -> Result<Times> {

@@ -191,8 +191,7 @@ const HEAD: &str = "maps\tmap\tmaterial\tcandidates\tview\thits\tabsolute\tfrom\
 
 /// A row for each group of cells with the same words, in their order: the mean of each metric, and the least with its interval and map.
 fn grouped(head: &[&str], cells: &[&Cell], words: impl Fn(&Cell) -> Vec<String>) -> Table {
-    let metrics = ["absolute", "least", "relative", "least"];
-    let mut table = Table::new(head.len(), &[head, &metrics].concat());
+    let mut table = Table::new(head, ["absolute", "least", "relative", "least"]);
     let mut groups: Vec<(Vec<String>, Vec<&Cell>)> = Vec::new();
     for cell in cells {
         let words = words(cell);
@@ -208,7 +207,7 @@ fn grouped(head: &[&str], cells: &[&Cell], words: impl Fn(&Cell) -> Vec<String>)
             let least = least.map(|cell| format!("{} {}", printed(cell.ratios[metric]), cell.lit.light.name));
             [format!("{mean:.2}"), least.unwrap_or_default()]
         });
-        table.row(words.into_iter().chain(numbers.into_iter().flatten()));
+        table.row(words, numbers.into_iter().flatten());
     }
     table
 }

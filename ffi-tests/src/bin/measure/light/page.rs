@@ -3,7 +3,7 @@
 use super::{fit, size};
 use crate::speed::{CALLS, Speed};
 use anyhow::Result;
-use wis_ffi_tests::page::{Page, Part, Table};
+use wis_ffi_tests::page::{NONE, Page, Part, Table, section};
 
 /// The goals: the relative standard deviation of L / pdf and its maximum.
 const DEVIATION: f64 = 0.01;
@@ -60,15 +60,11 @@ one call or one by one. *Warm*: the same 1024 inputs again and again.
 
 Suns of one and four texels are 10^5 times as bright as their sky. Their maps have 512 x 256 texels.";
 
-fn section(heading: &str, text: &str, table: Table) -> Vec<Part> {
-    vec![Part::Heading(heading.into()), Part::Text(text.into()), Part::Table(table)]
-}
-
 /// The goals with what was measured.
 fn conclusions(results: &Results) -> Table {
-    let mut table = Table::new(3, &["goal", "measured", "verdict"]);
+    let mut table = Table::new(["goal", "measured", "verdict"], NONE);
     let mut row = |goal: String, measured: String, holds: bool| {
-        table.row([goal, measured, if holds { "holds" } else { "**does not hold**" }.into()]);
+        table.row([&*goal, &measured, if holds { "holds" } else { "**does not hold**" }], NONE);
     };
     for (bilinear, client) in [(true, "bilinear"), (false, "nearest")] {
         let of = || results.fits.iter().filter(|fits| fits.bilinear == bilinear);
@@ -124,36 +120,26 @@ Block, row starts and texels are in one page. The maps have 97 bytes in all. A n
         results.timed
     );
     let calls = CALLS.iter().flat_map(|call| [format!("{call}, cold"), "warm".into()]);
-    let heads = ["client", "light"].map(String::from).into_iter().chain(calls);
-    let mut table = Table::new(2, &heads.chain(["first sample".into(), "first pdf".into()]).collect::<Vec<_>>());
+    let mut table = Table::new(["client", "light"], calls.chain(["first sample".into(), "first pdf".into()]));
     for (client, speeds) in ["bilinear", "nearest"].iter().zip(&results.speeds) {
         for (source, speed) in SOURCES.iter().zip(speeds) {
             let times = speed.cold.iter().zip(&speed.warm).flat_map(|(cold, warm)| [*cold, *warm]).chain(speed.first);
-            table.row(
-                [client, source].map(|word| word.to_string()).into_iter().chain(times.map(|ns| format!("{ns:.0}"))),
-            );
+            table.row([client, source], times.map(|ns| format!("{ns:.0}")));
         }
     }
-    section("Time of a sample and of a pdf", &text, table)
+    section("Time of a sample and of a pdf", text, table)
 }
 
 fn sizes(results: &Results) -> Vec<Part> {
     let text = "A bilinear client, noise in every texel, rows by callback. Builds are on one core, in milliseconds of processor time. Scratch
 memory is needed during the build only.";
-    let heads =
-        ["map", "bytes", "bytes / texel", "scratch bytes", "build, f32 RGB", "build, f16 RGB", "ns / texel, f32"];
-    let mut table = Table::new(1, &heads);
+    let heads = ["bytes", "bytes / texel", "scratch bytes", "build, f32 RGB", "build, f16 RGB", "ns / texel, f32"];
+    let mut table = Table::new(["map"], heads);
     for size in &results.sizes {
         let (texels, [single, half]) = ((size.width * size.width / 2) as f64, size.build);
-        table.row([
-            format!("{} x {}", size.width, size.width / 2),
-            size.bytes.to_string(),
-            format!("{:.2}", size.bytes as f64 / texels),
-            size.scratch.to_string(),
-            format!("{single:.1}"),
-            format!("{half:.1}"),
-            format!("{:.1}", single * 1e6 / texels),
-        ]);
+        let bytes = [size.bytes.to_string(), format!("{:.2}", size.bytes as f64 / texels), size.scratch.to_string()];
+        let times = [single, half, single * 1e6 / texels].map(|time| format!("{time:.1}"));
+        table.row([format!("{} x {}", size.width, size.width / 2)], bytes.into_iter().chain(times));
     }
     section("Bytes and build time", text, table)
 }
@@ -162,12 +148,12 @@ fn budgets(results: &Results) -> Vec<Part> {
     let text = "Standard deviations of L / pdf for a bilinear client: the one allowed, the one added as the library states it, the one measured.
 `error` of the info states it. The lights are built for themselves; what products read takes 21 kB more
 (WIS_ENVIRONMENT_LIGHT_ONLY).";
-    let mut table = Table::new(1, &["light", "budget", "bytes", "stated", "measured", "within budget"]);
+    let mut table = Table::new(["light"], ["budget", "bytes", "stated", "measured", "within budget"]);
     for budget in &results.budgets {
         let within = budget.deviation <= f64::from(budget.budget).max(DEVIATION);
         let [stated, measured] = [budget.stated, budget.deviation].map(|value| format!("{value:.4}"));
-        let [light, allowed, bytes] = [budget.light.clone(), budget.budget.to_string(), budget.bytes.to_string()];
-        table.row([light, allowed, bytes, stated, measured, if within { "yes" } else { "**no**" }.into()]);
+        let [allowed, bytes] = [budget.budget.to_string(), budget.bytes.to_string()];
+        table.row([&budget.light], [&*allowed, &bytes, &stated, &measured, if within { "yes" } else { "**no**" }]);
     }
     section("Error budgets", text, table)
 }
@@ -181,14 +167,14 @@ variance. \"Missed\" is the share of the light whose pdf is 0, if there is any."
     );
     let figures = ["deviation", "maximum", "E[w^2]/E[w]^2"];
     let heads = SOURCES.iter().flat_map(|source| figures.map(|figure| format!("{source}: {figure}")));
-    let mut table = Table::new(2, &["map", "client"].map(String::from).into_iter().chain(heads).collect::<Vec<_>>());
+    let mut table = Table::new(["map", "client"], heads);
     for fits in &results.fits {
         let client = if fits.bilinear { "bilinear" } else { "nearest" };
         let cells = fits.each.iter().flat_map(|fit| {
             let missed = if fit.missed > 0.0 { format!(" (missed {:.1e})", fit.missed) } else { String::new() };
             [format!("{:.4}{missed}", fit.deviation()), format!("{:.3}", fit.maximum), format!("{:.5}", fit.ratio)]
         });
-        table.row([fits.light.clone(), client.into()].into_iter().chain(cells));
+        table.row([&fits.light, client], cells);
     }
-    section("L / pdf on every map", &text, table)
+    section("L / pdf on every map", text, table)
 }

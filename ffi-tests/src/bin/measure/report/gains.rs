@@ -4,13 +4,18 @@ use super::studies::{HITS, TEXTURED};
 use wis_ffi_tests::cost::MODELS;
 use wis_ffi_tests::measure::{Cell, Errors, Row};
 use wis_ffi_tests::method::{Method, Peers};
-use wis_ffi_tests::statistics::bootstrap_ratio;
+use wis_ffi_tests::statistics::{bootstrap_ratio, geometric};
 
 /// A mean squared error of a region.
 type Error = fn(&Errors) -> f64;
 
 /// The metrics, by name.
 pub const METRICS: [(&str, Error); 2] = [("absolute", |e| e.absolute), ("relative", |e| e.relative)];
+
+/// The heads of both metrics of something.
+pub fn metrics(of: impl std::fmt::Display) -> [String; METRICS.len()] {
+    METRICS.map(|(metric, _)| format!("{of}, {metric}"))
+}
 
 /// How gains are counted: one of `METRICS`, one of `MODELS`, with one of `CACHES`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -127,13 +132,8 @@ impl Against {
 
     /// The geometric mean over cells; not a number if there are none.
     pub fn mean<'a>(self, cells: impl IntoIterator<Item = &'a Cell>, ours: &str, count: usize, scale: Scale) -> f64 {
-        geometric_mean(cells.into_iter().filter_map(|cell| self.gain(cell, ours, count, scale)))
+        geometric(cells.into_iter().filter_map(|cell| self.gain(cell, ours, count, scale)))
     }
-}
-
-pub fn geometric_mean(values: impl Iterator<Item = f64>) -> f64 {
-    let logarithms: Vec<f64> = values.map(f64::ln).collect();
-    (logarithms.iter().sum::<f64>() / logarithms.len() as f64).exp()
 }
 
 pub fn of_study<'a>(cells: &'a [Cell], study: &str) -> Vec<&'a Cell> {

@@ -1,10 +1,11 @@
 //! Where the best peers are ahead: why, as far as the measured numbers tell, and what to call instead.
 
-use super::gains::{self, Scale, geometric_mean, materials, of_study, ours, over, over_best, studies};
+use super::gains::{self, Scale, materials, of_study, ours, over, over_best, studies};
 use wis_ffi_tests::measure::{Cell, Errors};
 use wis_ffi_tests::method::EXTENDED;
 use wis_ffi_tests::page::{Part, Table, times};
 use wis_ffi_tests::peers::Peer;
+use wis_ffi_tests::statistics::geometric;
 
 /// Rows at most: those with the largest losses.
 const ROWS: usize = 12;
@@ -50,8 +51,8 @@ pub fn parts(cells: &[Cell]) -> Vec<Part> {
     rows.sort_by(|a: &(f64, Vec<String>), b| a.0.total_cmp(&b.0));
     rows.truncate(ROWS);
     let head = ["study", "lobe", "worst group", "best baselines there", "reason", "what helps"];
-    let mut table = Table::new(head.len(), &[&head[..], &["gain there", "all gains", "behind"]].concat());
-    rows.into_iter().for_each(|(_, row)| table.row(row));
+    let mut table = Table::new(head, ["gain there", "all gains", "behind"]);
+    table.rows = rows.into_iter().map(|(_, row)| row).collect();
     let names = "Names of baselines. RIS32: each ray is resampled from 32 candidates, half of the light and half of the BRDF. P(4): all \
                  rays are picked from one pool with 4 such candidates for each. comp.: the candidates come from the compensated \
                  light, which is what the light has above its mean.";
@@ -67,7 +68,7 @@ pub fn parts(cells: &[Cell]) -> Vec<Part> {
 fn gains_of(cells: &[&Cell], ours: &str) -> Vec<(f64, usize, Scale)> {
     let groups = gains::counts(cells[0]).into_iter().flat_map(|n| Scale::all().map(move |scale| (n, scale)));
     let gain = |n, scale| {
-        geometric_mean(cells.iter().filter_map(|c| over_best(c, ours, &EXTENDED, n, scale)).map(|(_, gain)| gain[0]))
+        geometric(cells.iter().filter_map(|c| over_best(c, ours, &EXTENDED, n, scale)).map(|(_, gain)| gain[0]))
     };
     let mut gains: Vec<_> = groups.map(|(n, scale)| (gain(n, scale), n, scale)).filter(|g| g.0.is_finite()).collect();
     gains.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -123,7 +124,7 @@ impl Loss {
             })
             .collect();
         let ratio = |theirs: &dyn Fn(&Cell, &str) -> Option<f64>, ours: &dyn Fn(&Cell) -> Option<f64>| {
-            geometric_mean(best.iter().filter_map(|(cell, peer, _)| Some(theirs(cell, peer)? / ours(cell)?)))
+            geometric(best.iter().filter_map(|(cell, peer, _)| Some(theirs(cell, peer)? / ours(cell)?)))
         };
         let ns =
             |cell: &Cell, method: &str| Some(gains::row(cell, method, count)?.times[scale.caches][scale.model].ns());
@@ -134,12 +135,12 @@ impl Loss {
         };
         let with = |&(method, call): &(&'static str, &'static str)| {
             let gains = best.iter().filter_map(|(cell, peer, _)| over(cell, method, peer, count, scale));
-            (method != ours).then(|| (geometric_mean(gains.map(|gain| gain[0])), call))
+            (method != ours).then(|| (geometric(gains.map(|gain| gain[0])), call))
         };
-        let gain = geometric_mean(best.iter().map(|b| b.2));
+        let gain = geometric(best.iter().map(|b| b.2));
         let us = [
-            geometric_mean(best.iter().filter_map(|(cell, ..)| ns(cell, ours))) / 1e3,
-            geometric_mean(best.iter().filter_map(|(cell, peer, _)| ns(cell, peer))) / 1e3,
+            geometric(best.iter().filter_map(|(cell, ..)| ns(cell, ours))) / 1e3,
+            geometric(best.iter().filter_map(|(cell, peer, _)| ns(cell, peer))) / 1e3,
         ];
         let target = ratio(&|cell, _| variance(cell, ours), &|cell| variance(cell, "direct, target"));
         let mean = |of: &dyn Fn(&Cell) -> f64| cells.iter().map(|cell| of(cell)).sum::<f64>() / cells.len() as f64;

@@ -6,7 +6,7 @@ mod goals;
 mod losses;
 mod plots;
 mod studies;
-mod tables;
+pub mod tables;
 
 pub use self::studies::Options;
 use self::tables::Run;

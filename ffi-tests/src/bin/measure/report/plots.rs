@@ -1,6 +1,6 @@
 //! The plots of the page, as SVG: error against time, gains by lobe and samples, distance to the limit.
 
-use super::gains::{self, Against, METRICS, Scale, geometric_mean};
+use super::gains::{self, Against, METRICS, Scale};
 use super::losses::most_often;
 use anyhow::{Result, anyhow};
 use plotters::coord::Shift;
@@ -10,6 +10,7 @@ use wis_ffi_tests::measure::{Cell, Row};
 use wis_ffi_tests::method::EXTENDED;
 use wis_ffi_tests::page::times;
 use wis_ffi_tests::peers::Peer;
+use wis_ffi_tests::statistics::geometric;
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 type Drawn = std::result::Result<(), Box<dyn std::error::Error>>;
@@ -229,7 +230,7 @@ pub fn distance(cells: &[&Cell], materials: &[String]) -> Result<String> {
                 let point = |&count: &usize| {
                     let of = cells.iter().filter(|cell| cell.material == *material);
                     let ratio = of.filter_map(|c| Some(gains::variance(c, name, count, 0)? / gains::limit(c, count)?));
-                    (count as f64, geometric_mean(ratio))
+                    (count as f64, geometric(ratio))
                 };
                 let points = counts.iter().map(point).filter(|p| p.1.is_finite()).collect();
                 Line { points, style: style(name) }

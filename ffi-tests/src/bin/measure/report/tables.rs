@@ -1,8 +1,6 @@
 //! The page: what to call and what it gives, where the library loses, which goals are reached, and all numbers behind it.
 
-use super::gains::{
-    self, Against, METRICS, Scale, geometric_mean, lights, materials, of_study, ours, over_best, studies,
-};
+use super::gains::{self, Against, METRICS, Scale, lights, materials, metrics, of_study, ours, over_best, studies};
 use super::goals::{self, Measured, Times};
 use super::studies::{HITS, MAIN, MEASURED, NEAREST, ROOM, SMOOTH, SUN, TEXTURED, has_known_lobes};
 use super::{losses, plots};
@@ -13,7 +11,8 @@ use wis_ffi_tests::data::DEVELOPER;
 use wis_ffi_tests::earlier;
 use wis_ffi_tests::measure::{Cell, Errors, REGIONS};
 use wis_ffi_tests::method::EXTENDED;
-use wis_ffi_tests::page::{Page, Part, Table, times};
+use wis_ffi_tests::page::{Page, Part, Table, section, times};
+use wis_ffi_tests::statistics::geometric;
 
 /// What the page says about the run.
 pub struct Run {
@@ -153,18 +152,15 @@ fn situations(cells: &[Cell]) -> Vec<Part> {
     let text = "As the first table. Each number is the geometric mean over the lights and lobes of its row. Caches are those of a \
                 renderer, but in the columns that name others.";
     let table = of_situations(cells, &|_| true, true);
-    vec![Part::Heading("And in every situation?".into()), Part::Text(text.into()), Part::Table(table)]
+    section("And in every situation?", text, table)
 }
 
 fn of_situations(cells: &[Cell], kept: &dyn Fn(&Situation) -> bool, others: bool) -> Table {
-    let metrics = METRICS.map(|metric| metric.0);
     let best = RIVALS[2];
-    let heads = RIVALS.iter().flat_map(|rival| metrics.map(|metric| format!("{}, {metric}", rival.name())));
+    let heads = RIVALS.iter().flat_map(|rival| metrics(rival.name()));
     let caches: &[usize] = if others { &[WARM, COLD] } else { &[] };
-    let beside = caches.iter().flat_map(|&c| metrics.map(|metric| format!("{}, {metric}, {}", best.name(), CACHES[c])));
-    let words = ["your renderer", "call", "costs"].map(String::from);
-    let head: Vec<String> = words.into_iter().chain(heads).chain(beside).collect();
-    let mut table = Table::new(3, &head);
+    let beside = caches.iter().flat_map(|&c| metrics(best.name()).map(|head| format!("{head}, {}", CACHES[c])));
+    let mut table = Table::new(["your renderer", "call", "costs"], heads.chain(beside));
     for situation in SITUATIONS.iter().filter(|situation| kept(situation)) {
         let measured = |cell: &&Cell| {
             cell.study == situation.study
@@ -176,13 +172,13 @@ fn of_situations(cells: &[Cell], kept: &dyn Fn(&Situation) -> bool, others: bool
             continue;
         }
         for (model, (costs, _)) in MODELS.iter().enumerate() {
-            let words = [situation.renderer, situation.call, costs].map(String::from);
             let gain = |rival: &Against, scale| {
                 times(rival.mean(cells.iter().copied(), situation.method, situation.count, scale))
             };
             let numbers = RIVALS.iter().flat_map(|rival| Scale::of_model(model).map(|scale| gain(rival, scale)));
             let beside = caches.iter().flat_map(|&caches| Scale::of_model(model).map(|s| Scale { caches, ..s }));
-            table.row(words.into_iter().chain(numbers).chain(beside.map(|scale| gain(&best, scale))));
+            let numbers = numbers.chain(beside.map(|scale| gain(&best, scale)));
+            table.row([situation.renderer, situation.call, costs], numbers);
         }
     }
     table
@@ -191,9 +187,7 @@ fn of_situations(cells: &[Cell], kept: &dyn Fn(&Situation) -> bool, others: bool
 /// In how many cells the intervals exclude 1.
 fn certain(cells: &[Cell]) -> Vec<Part> {
     let scales: Vec<Scale> = Scale::all().collect();
-    let heads = scales.iter().map(|scale| scale.name());
-    let head: Vec<String> = ["study", "cells"].map(String::from).into_iter().chain(heads).collect();
-    let mut table = Table::new(1, &head);
+    let mut table = Table::new(["study"], ["cells".into()].into_iter().chain(scales.iter().map(|scale| scale.name())));
     for study in studies(cells) {
         let gains = |scale: Scale| -> Vec<[f64; 3]> {
             let of =
@@ -207,15 +201,11 @@ fn certain(cells: &[Cell]) -> Vec<Part> {
             format!("{ahead} / {} / {behind}", gains.len() - ahead - behind)
         };
         let number = gains(scales[0]).len().to_string();
-        table.row([study.clone(), number].into_iter().chain(scales.iter().map(count)));
+        table.row([&study], [number].into_iter().chain(scales.iter().map(count)));
     }
     let text = "Cells in which wis is ahead / undecided / behind, against the best baseline of the cell. A cell is a light, a lobe and a \
                 number of rays. The bootstrap interval of 95 % lies above 1, holds 1, or lies below.";
-    vec![
-        Part::Heading("In how many cells is wis ahead, undecided, behind?".into()),
-        Part::Text(text.into()),
-        Part::Table(table),
-    ]
+    section("In how many cells is wis ahead, undecided, behind?", text, table)
 }
 
 pub fn verdict(is_reached: bool) -> &'static str {
@@ -226,10 +216,10 @@ pub fn verdict(is_reached: bool) -> &'static str {
 fn costs(cells: &[Cell], measured: &Measured) -> Vec<Part> {
     let known = cells.iter().filter(|cell| has_known_lobes(cell));
     let largest = known.map(|cell| cell.max_weight).fold(0.0, f64::max);
-    let mut table = Table::new(1, &["of products", "measured"]);
+    let mut table = Table::new(["of products"], ["measured"]);
     let bound = format!("largest f L cos / (p I) of the product, every cell (at most {})", goals::LARGEST_WEIGHT);
-    table.row([bound, format!("{largest:.1}")]);
-    table.row(["bytes that a product asks for".into(), format!("{} B", measured.product_bytes)]);
+    table.row([bound], [format!("{largest:.1}")]);
+    table.row(["bytes that a product asks for"], [format!("{} B", measured.product_bytes)]);
     let note = "Fit, times, bytes and builds of the light are in [light.md](light.md). The size of the code and the stack are bounded by \
                 `scripts/check-size.sh` and by the tests.";
     let mut parts = vec![Part::Heading("What does a call cost?".into()), Part::Table(table), Part::Text(note.into())];
@@ -238,10 +228,10 @@ fn costs(cells: &[Cell], measured: &Measured) -> Vec<Part> {
 }
 
 fn call_times(measured: &Measured) -> Vec<Part> {
-    let mut table = Table::new(1, &["ns"].into_iter().chain(CACHES).collect::<Vec<_>>());
+    let mut table = Table::new(["ns"], CACHES);
     let mut row = |name: String, times: Times| {
         let number = |x: f64| if x.is_nan() { "-".into() } else { format!("{x:.0}") };
-        table.row([name].into_iter().chain(times.map(number)));
+        table.row([name], times.map(number));
     };
     for (material, times) in goals::PREPARE.iter().zip(&measured.prepare) {
         row(format!("prepare a product, {material}"), *times);
@@ -271,8 +261,7 @@ const LEAST_UNDER_SUNS: [f64; 2] = [1.0, 0.9];
 fn sun(suns: &[Cell]) -> Vec<Part> {
     let columns: Vec<(usize, Scale)> = [4, 16].into_iter().flat_map(|n| Scale::all().map(move |s| (n, s))).collect();
     let heads = columns.iter().map(|(n, scale)| format!("{n}, {}", scale.name()));
-    let words = ["method", "light", "lobe", "verdict"].map(String::from);
-    let mut table = Table::new(4, &words.into_iter().chain(heads).collect::<Vec<_>>());
+    let mut table = Table::new(["method", "light", "lobe", "verdict"], heads);
     let ways = [("product", "product"), ("product + MIS", "product + MIS"), ("limit", "product")];
     let mut reached = ways.map(|_| Vec::new());
     for ((method, timed), reached) in ways.into_iter().zip(&mut reached) {
@@ -284,8 +273,7 @@ fn sun(suns: &[Cell]) -> Vec<Part> {
             let holds = |(gain, (_, scale)): (&f64, &(usize, Scale))| *gain >= LEAST_UNDER_SUNS[scale.metric];
             let is_reached = gains.iter().zip(&columns).all(holds);
             reached.push(is_reached);
-            let words = [method, &cell.light, &cell.material, verdict(is_reached)].map(String::from);
-            table.row(words.into_iter().chain(gains.into_iter().map(times)));
+            table.row([method, &cell.light, &cell.material, verdict(is_reached)], gains.into_iter().map(times));
         }
     }
     let count = |reached: &Vec<bool>| reached.iter().filter(|is_reached| **is_reached).count();
@@ -316,8 +304,7 @@ fn sun_by_samples(suns: &[Cell]) -> [Part; 2] {
     let columns = [4, 16].into_iter().flat_map(|n| [0, 1].map(|metric| (n, Scale { metric, ..Scale::default() })));
     let columns: Vec<(usize, Scale)> = columns.collect();
     let heads = columns.iter().map(|(n, scale)| format!("{n} samples, {}", METRICS[scale.metric].0));
-    let words = ["light", "lobe", "verdict"].map(String::from);
-    let mut table = Table::new(3, &words.into_iter().chain(heads).collect::<Vec<_>>());
+    let mut table = Table::new(["light", "lobe", "verdict"], heads);
     let mut reached = 0;
     for cell in suns {
         let ratio = |&(n, scale): &(usize, Scale)| {
@@ -327,8 +314,7 @@ fn sun_by_samples(suns: &[Cell]) -> [Part; 2] {
         let is_reached =
             ratios.iter().zip(&columns).all(|(ratio, (_, scale))| *ratio >= LEAST_UNDER_SUNS[scale.metric]);
         reached += usize::from(is_reached);
-        let words = [&cell.light, &cell.material, verdict(is_reached)].map(String::from);
-        table.row(words.into_iter().chain(ratios.into_iter().map(times)));
+        table.row([&cell.light, &cell.material, verdict(is_reached)], ratios.into_iter().map(times));
     }
     let text = format!(
         "**With as many samples the product is ahead of compensated MIS in {reached} of {} rows.** Variance of compensated MIS over that of \
@@ -343,27 +329,22 @@ fn sun_by_samples(suns: &[Cell]) -> [Part; 2] {
 fn weights_and_limit(main: &[&Cell]) -> Vec<Part> {
     let methods = ["direct", "product", "MIS compensated"];
     let heads = methods.iter().map(|method| format!("{method} / limit"));
-    let head: Vec<String> = ["lobe".into(), "largest weight".into()].into_iter().chain(heads).collect();
-    let mut table = Table::new(1, &head);
+    let mut table = Table::new(["lobe"], ["largest weight".into()].into_iter().chain(heads));
     for material in materials(main) {
         let of = || main.iter().filter(|cell| cell.material == material);
         let largest = of().map(|cell| cell.max_weight).fold(0.0, f64::max);
         let ratio = |method: &&str| {
             let ratios = of().filter_map(|cell| Some(gains::variance(cell, method, 16, 0)? / gains::limit(cell, 16)?));
-            format!("{:.2}", geometric_mean(ratios))
+            format!("{:.2}", geometric(ratios))
         };
-        table.row([material.clone(), format!("{largest:.1}")].into_iter().chain(methods.iter().map(ratio)));
+        table.row([&material], [format!("{largest:.1}")].into_iter().chain(methods.iter().map(ratio)));
     }
     let text = "Largest weight: the largest f L cos / (p I) of the product over a dense grid of directions, 8 points and every light. \
                 The bound is 50. Variance / limit: 16 samples, \
                 absolute, lower is better. The limit samples the product of light and BRDF x cosine cell by cell. Its grid has \
                 512 x 512 cells, and more where the light varies. That takes about a millisecond for a point. The variance that is \
                 left comes from visibility.";
-    vec![
-        Part::Heading("How large do weights get, and how far is the limit?".into()),
-        Part::Text(text.into()),
-        Part::Table(table),
-    ]
+    section("How large do weights get, and how far is the limit?", text, table)
 }
 
 /// Rays for a hit that both groups of maps are compared at.
@@ -384,23 +365,17 @@ fn by_maps(main: &[&Cell], lights: &[String]) -> Vec<Part> {
         list(&|light| !is_developer(light) && light != SUN),
     );
     let rivals = [Against::Method("MIS balance"), Against::Best(&EXTENDED)];
-    let heads = rivals.iter().flat_map(|rival| METRICS.map(|metric| format!("{}, {}", rival.name(), metric.0)));
-    let head: Vec<String> = ["maps", "rays"].map(String::from).into_iter().chain(heads).collect();
-    let mut table = Table::new(2, &head);
+    let mut table = Table::new(["maps", "rays"], rivals.iter().flat_map(|rival| metrics(rival.name())));
     for (name, developer) in [("development", true), ("judged", false)] {
         let kept = |cell: &&&Cell| is_developer(&cell.light) == developer && cell.light != SUN;
         let of: Vec<&Cell> = main.iter().filter(kept).copied().collect();
         for rays in RAYS {
             let gain = |rival: &Against, scale| times(rival.mean(of.iter().copied(), "direct", rays, scale));
             let gains = rivals.iter().flat_map(|rival| Scale::of_model(1).map(|scale| gain(rival, scale)));
-            table.row([name.into(), rays.to_string()].into_iter().chain(gains));
+            table.row([name, &rays.to_string()], gains);
         }
     }
-    vec![
-        Part::Heading("Are judged maps worse than those it was tuned on?".into()),
-        Part::Text(text),
-        Part::Table(table),
-    ]
+    section("Are judged maps worse than those it was tuned on?", text, table)
 }
 
 fn drawn(main: &[&Cell], lobes: &[String]) -> Result<Vec<Part>> {

@@ -3,11 +3,13 @@
 use super::passes::{PASSES, PLACES, Passes, WAYS};
 use super::seen::{RAYS, Seen, WAYS as SEEN};
 use super::several::Several;
-use crate::report::gains::{METRICS, Scale, distinct, geometric_mean, over, row, variance};
+use crate::report::gains::{METRICS, Scale, distinct, metrics, over, row, variance};
+use crate::report::tables::verdict;
 use anyhow::Result;
 use wis_ffi_tests::cost::MODELS;
 use wis_ffi_tests::measure::{Cell, FEW, REGIONS};
-use wis_ffi_tests::page::{Page, Part, Table, times};
+use wis_ffi_tests::page::{Page, Part, Table, section, times};
+use wis_ffi_tests::statistics::geometric;
 
 /// Goals, absolute and relative: over MIS without portals, and over MIS with a uniform sample of the portals.
 const OVER_MIS: [f64; 2] = [10.0, 10.0];
@@ -35,7 +37,7 @@ pub fn is_without_portals(scene: &str) -> bool {
 
 /// The gain of a method over another, as the geometric mean over some cells.
 fn gain(cells: &[&Cell], ours: &str, theirs: &str, rays: usize, scale: Scale) -> f64 {
-    geometric_mean(cells.iter().filter_map(|cell| over(cell, ours, theirs, rays, scale)).map(|gain| gain[0]))
+    geometric(cells.iter().filter_map(|cell| over(cell, ours, theirs, rays, scale)).map(|gain| gain[0]))
 }
 
 fn within<'a>(cells: &'a [Cell], scene: &str) -> Vec<&'a Cell> {
@@ -54,46 +56,44 @@ pub fn page(cells: &[Cell], seen: &[Seen], passes: &[Passes], several: &[Several
                 .into(),
         ),
         Part::Table(summary(cells, &scenes, &[4])),
-        Part::Heading("Without portals".into()),
-        Part::Text(
-            "Gain over MIS balance in the rooms, and in the open with its blockers. Equal rays: how many times lower the variance is with as many \
+    ];
+    parts.extend(section(
+        "Without portals",
+        "Gain over MIS balance in the rooms, and in the open with its blockers. Equal rays: how many times lower the variance is with as many \
              rays. What the library's choice loses in rooms is time: of 4 rays, 4 candidates for each bring what 16 do, since most of \
              the light that they weigh is hidden. In the open 16 candidates pay. In direct and BRDF half of the rays are of \
-             `WIS_POINT_COMPENSATED`, half of the BRDF for the light up to its mean."
-                .into(),
-        ),
-        Part::Table(bare(cells)),
-        Part::Heading("Without portals, with a visibility cache".into()),
-        Part::Text(
-            "Gain over MIS balance. Four passes over an image have taught the cache; rays have other seeds. Where less than half was seen, wis_direct \
-             weighs 4 candidates of each source for a ray. Times are those of loops, so those without a cache are shorter than above."
-                .into(),
-        ),
-        Part::Table(of_seen(seen)),
-        Part::Heading("Passes of one ray, with a visibility cache".into()),
-        Part::Text(format!(
+             `WIS_POINT_COMPENSATED`, half of the BRDF for the light up to its mean.",
+        bare(cells),
+    ));
+    parts.extend(section(
+        "Without portals, with a visibility cache",
+        "Gain over MIS balance. Four passes over an image have taught the cache; rays have other seeds. Where less than half was seen, wis_direct \
+             weighs 4 candidates of each source for a ray. Times are those of loops, so those without a cache are shorter than above.",
+        of_seen(seen),
+    ));
+    parts.extend(section(
+        "Passes of one ray, with a visibility cache",
+        format!(
             "{PASSES} passes over an image, of which the first counts neither as error nor as time: there the cache knows nothing. Time holds keys, \
              recording and the end of passes. The room with one window, gain over rays with neither:"
-        )),
-        Part::Table(of_passes(passes)),
+        ),
+        of_passes(passes),
+    ));
+    parts.extend([
         Part::Text(format!(
             "Gain of the cache in relative error, where v of a point's light is visible. Lit: v > 0.95. Umbra: v < 0.05. At least {FEW} points of \
              an image:"
         )),
         Part::Table(by_region(passes)),
-        Part::Heading("Several environments".into()),
-        Part::Text(
-            "Gain of one call for the sum of some maps over a call for each, in the open. One call for several environments could not be better: \
-             its candidates would have the density of that sum, and each would be looked up in all maps. What counts is 1.5x and more."
-                .into(),
-        ),
-        Part::Table(of_several(several)),
-        Part::Heading("1 and 16 rays".into()),
-        Part::Table(summary(cells, &scenes, &[1, 16])),
-        Part::Heading("Each light and material".into()),
-        Part::Text("4 rays, cheap. Gains over MIS balance.".into()),
-        Part::Table(each(cells)),
-    ];
+    ]);
+    parts.extend(section(
+        "Several environments",
+        "Gain of one call for the sum of some maps over a call for each, in the open. One call for several environments could not be better: \
+             its candidates would have the density of that sum, and each would be looked up in all maps. What counts is 1.5x and more.",
+        of_several(several),
+    ));
+    parts.extend([Part::Heading("1 and 16 rays".into()), Part::Table(summary(cells, &scenes, &[1, 16]))]);
+    parts.extend(section("Each light and material", "4 rays, cheap. Gains over MIS balance.", each(cells)));
     parts.push(Part::Heading("How it was measured".into()));
     parts.push(Part::List(vec![
         format!("Lights: {lights}. Materials: Lambert, GGX 0.2, a mix with GGX 0.1. 240 points, 32 repeats, caches of a renderer."),
@@ -104,10 +104,6 @@ pub fn page(cells: &[Cell], seen: &[Seen], passes: &[Passes], several: &[Several
         "In closed rooms neither traces samples of the BRDF that miss all portals. References hold light, BRDF, the uniform sphere and portals.".into(),
     ]));
     Page::measured("Rooms: portals", parts, "rooms")
-}
-
-fn verdict(reached: bool) -> &'static str {
-    if reached { "reached" } else { "**missed**" }
 }
 
 fn verdicts(cells: &[Cell], seen: &[Seen], passes: &[Passes], several: &[Several]) -> Vec<String> {
@@ -150,7 +146,7 @@ fn verdicts(cells: &[Cell], seen: &[Seen], passes: &[Passes], several: &[Several
         under_both(learnt)
     ));
     for region in [2, 3] {
-        let gains = [0, 1].map(|model| geometric_mean(passes.iter().filter_map(|of| of.gain(region, model))));
+        let gains = [0, 1].map(|model| geometric(passes.iter().filter_map(|of| of.gain(region, model))));
         let reached = verdict(gains.iter().all(|gain| *gain >= OF_CACHE));
         list.push(format!(
             "A visibility cache in {PASSES} passes of one ray, relative error in the {}: {} ({}), {} ({}). The goal of {OF_CACHE} is {reached}.",
@@ -165,7 +161,7 @@ fn verdicts(cells: &[Cell], seen: &[Seen], passes: &[Passes], several: &[Several
     list.push(format!(
         "Several environments: one call for a map of their sum has {} the efficiency of a call for each, and saves a third of the error in {} of {} \
          cases. Add maps that do not move against each other; no call for several could do better.",
-        times(geometric_mean(saves.iter().copied())),
+        times(geometric(saves.iter().copied())),
         saves.iter().filter(|gain| **gain >= SAVES).count(),
         saves.len()
     ));
@@ -175,21 +171,18 @@ fn verdicts(cells: &[Cell], seen: &[Seen], passes: &[Passes], several: &[Several
 /// A line for each scene, number of rays, cost model and call.
 fn summary(cells: &[Cell], scenes: &[String], counts: &[usize]) -> Table {
     let over = RIVALS.map(|rival| if rival == "direct" { "no portals" } else { rival });
-    let columns = over.iter().flat_map(|rival| METRICS.map(|(metric, _)| format!("{rival}, {metric}")));
-    let head: Vec<String> = ["scene", "rays", "costs", "call"].map(String::from).into_iter().chain(columns).collect();
-    let mut table = Table::new(4, &head);
+    let mut table = Table::new(["scene", "rays", "costs", "call"], over.into_iter().flat_map(metrics));
     for scene in scenes {
         let here = within(cells, scene);
         for &rays in counts {
             for (model, (costs, _)) in MODELS.into_iter().enumerate() {
                 for ours in OURS.into_iter().filter(|ours| row(here[0], ours, rays).is_some()) {
-                    let words = [scene, &rays.to_string(), costs, ours].map(String::from);
                     let gains = RIVALS.into_iter().flat_map(|theirs| {
                         Scale::of_model(model).map(|scale| {
                             if theirs == ours { "-".into() } else { times(gain(&here, ours, theirs, rays, scale)) }
                         })
                     });
-                    table.row(words.into_iter().chain(gains));
+                    table.row([scene, &rays.to_string(), costs, ours], gains);
                 }
             }
         }
@@ -197,13 +190,14 @@ fn summary(cells: &[Cell], scenes: &[String], counts: &[usize]) -> Table {
     table
 }
 
+/// A table of gains in each metric: in each cost model, and with as many rays.
+fn of_gains(words: [&str; 3]) -> Table {
+    Table::new(words, MODELS.iter().map(|model| model.0).chain(["equal rays"]).flat_map(metrics))
+}
+
 /// A line for each place, number of rays and call.
 fn bare(cells: &[Cell]) -> Table {
-    let columns = MODELS.iter().flat_map(|(costs, _)| METRICS.map(|(metric, _)| format!("{costs}, {metric}")));
-    let equal = METRICS.map(|(metric, _)| format!("equal rays, {metric}"));
-    let head: Vec<String> =
-        ["where", "rays", "call"].map(String::from).into_iter().chain(columns).chain(equal).collect();
-    let mut table = Table::new(3, &head);
+    let mut table = of_gains(["where", "rays", "call"]);
     for (place, scenes) in [("rooms", &ROOMS[..]), ("in the open", &OPEN)] {
         let here: Vec<&Cell> = cells.iter().filter(|cell| scenes.contains(&cell.scene.as_str())).collect();
         for rays in [1, 4, 16] {
@@ -215,10 +209,10 @@ fn bare(cells: &[Cell]) -> Table {
                     let of = |cell: &&Cell| {
                         Some(variance(cell, RIVALS[0], rays, metric)? / variance(cell, ours, rays, metric)?)
                     };
-                    geometric_mean(here.iter().filter_map(of))
+                    geometric(here.iter().filter_map(of))
                 };
                 let gains = at_equal_time.chain([0, 1].map(ratio)).map(times);
-                table.row([place.into(), rays.to_string(), ours.into()].into_iter().chain(gains));
+                table.row([place, &rays.to_string(), ours], gains);
             }
         }
     }
@@ -234,16 +228,12 @@ fn gain_of_seen<'a>(
 ) -> f64 {
     let cost =
         |of: &Seen, way: usize| of.errors[rays][way][metric] * model.map_or(1.0, |model| of.times[rays][way][model]);
-    geometric_mean(seen.map(|of| cost(of, 0) / cost(of, way)))
+    geometric(seen.map(|of| cost(of, 0) / cost(of, way)))
 }
 
 /// A line for each place, number of rays and way.
 fn of_seen(seen: &[Seen]) -> Table {
-    let columns = MODELS.iter().flat_map(|(costs, _)| METRICS.map(|(metric, _)| format!("{costs}, {metric}")));
-    let equal = METRICS.map(|(metric, _)| format!("equal rays, {metric}"));
-    let head: Vec<String> =
-        ["where", "rays", "with"].map(String::from).into_iter().chain(columns).chain(equal).collect();
-    let mut table = Table::new(3, &head);
+    let mut table = of_gains(["where", "rays", "with"]);
     for (place, is_closed) in [("rooms", true), ("in the open", false)] {
         for (number, rays) in RAYS.into_iter().enumerate() {
             for (way, name) in SEEN.into_iter().enumerate().skip(1) {
@@ -252,7 +242,7 @@ fn of_seen(seen: &[Seen]) -> Table {
                 let gains = models
                     .into_iter()
                     .flat_map(|model| [0, 1].map(|metric| gain_of_seen(here(), (number, way), metric, model)));
-                table.row([place.into(), rays.to_string(), name.into()].into_iter().chain(gains.map(times)));
+                table.row([place, &rays.to_string(), name], gains.map(times));
             }
         }
     }
@@ -261,16 +251,16 @@ fn of_seen(seen: &[Seen]) -> Table {
 
 /// A line for each way and cost model.
 fn of_passes(passes: &[Passes]) -> Table {
-    let mut table = Table::new(2, &["with", "costs", "absolute", "relative", "ns a point and a pass"]);
+    let mut table = Table::new(["with", "costs"], ["absolute", "relative", "ns a point and a pass"]);
     let here = || passes.iter().filter(|of| of.place == PLACES[1]);
     for (way, (name, _)) in WAYS.into_iter().enumerate() {
         for (model, (costs, _)) in MODELS.into_iter().enumerate() {
             let gain = |metric: usize| {
                 let cost = |of: &Passes, way: usize| METRICS[metric].1(&of.errors[way][0]) * of.times[way][model];
-                times(geometric_mean(here().map(|of| cost(of, 0) / cost(of, way))))
+                times(geometric(here().map(|of| cost(of, 0) / cost(of, way))))
             };
-            let ns = geometric_mean(here().map(|of| of.times[way][model]));
-            table.row([name.into(), costs.into(), gain(0), gain(1), format!("{ns:.0}")]);
+            let ns = geometric(here().map(|of| of.times[way][model]));
+            table.row([name, costs], [gain(0), gain(1), format!("{ns:.0}")]);
         }
     }
     table
@@ -278,16 +268,15 @@ fn of_passes(passes: &[Passes]) -> Table {
 
 /// A line for each place and region.
 fn by_region(passes: &[Passes]) -> Table {
-    let mut table = Table::new(2, &["where", "region", "cells", MODELS[0].0, "worst", MODELS[1].0, "worst"]);
+    let mut table = Table::new(["where", "region"], ["cells", MODELS[0].0, "worst", MODELS[1].0, "worst"]);
     for place in PLACES {
         for (region, name) in REGIONS.into_iter().enumerate().skip(1) {
             let gains =
                 |model: usize| passes.iter().filter_map(move |of| of.gain(region, model).filter(|_| of.place == place));
             if gains(0).count() > 0 {
-                let numbers =
-                    [0, 1].map(|model| [geometric_mean(gains(model)), gains(model).fold(f64::INFINITY, f64::min)]);
-                let words = [place.into(), name.into(), gains(0).count().to_string()];
-                table.row(words.into_iter().chain(numbers.concat().into_iter().map(times)));
+                let numbers = [0, 1].map(|model| [geometric(gains(model)), gains(model).fold(f64::INFINITY, f64::min)]);
+                let count = gains(0).count().to_string();
+                table.row([place, name], [count].into_iter().chain(numbers.concat().into_iter().map(times)));
             }
         }
     }
@@ -304,29 +293,24 @@ fn gains_of_sum(of: &Several) -> impl Iterator<Item = f64> {
 
 fn of_several(several: &[Several]) -> Table {
     let columns = METRICS.iter().flat_map(|(metric, _)| MODELS.map(|(costs, _)| format!("{metric}, {costs}")));
-    let head: Vec<String> =
-        ["environments, material", "rays in all"].map(String::from).into_iter().chain(columns).collect();
-    let mut table = Table::new(2, &head);
+    let mut table = Table::new(["environments, material", "rays in all"], columns);
     for of in several {
-        table.row([of.name.clone(), of.rays.to_string()].into_iter().chain(gains_of_sum(of).map(times)));
+        table.row([&of.name, &of.rays.to_string()], gains_of_sum(of).map(times));
     }
     table
 }
 
 /// A line for each cell.
 fn each(cells: &[Cell]) -> Table {
-    let ours = OURS.iter().flat_map(|ours| METRICS.map(|(metric, _)| format!("{ours}, {metric}")));
-    let head: Vec<String> =
-        ["scene", "light", "material", "visible"].map(String::from).into_iter().chain(ours).collect();
-    let mut table = Table::new(3, &head);
+    let ours = OURS.into_iter().flat_map(metrics);
+    let mut table = Table::new(["scene", "light", "material"], ["visible".into()].into_iter().chain(ours));
     for cell in cells {
-        let words =
-            [cell.scene.clone(), cell.light.clone(), cell.material.clone(), format!("{:.1} %", 100.0 * cell.visible)];
+        let visible = format!("{:.1} %", 100.0 * cell.visible);
         let gains = OURS.into_iter().flat_map(|ours| {
             Scale::of_model(0)
                 .map(|scale| over(cell, ours, RIVALS[0], 4, scale).map_or("-".into(), |gain| times(gain[0])))
         });
-        table.row(words.into_iter().chain(gains));
+        table.row([&cell.scene, &cell.light, &cell.material], [visible].into_iter().chain(gains));
     }
     table
 }

@@ -1,7 +1,7 @@
 //! A page of tables and plots in Markdown, with files beside it.
 
 use anyhow::{Context, Result};
-use std::fmt::Write;
+use std::fmt::{Display, Write};
 use std::path::Path;
 use std::process::Command;
 
@@ -51,6 +51,32 @@ fn line<W: ToString, N: ToString>(
 ) -> Vec<String> {
     let words = words.into_iter().map(|word| word.to_string());
     words.chain(numbers.into_iter().map(|number| number.to_string())).collect()
+}
+
+/// Prose of a page, in which values stand in braces: what is below each heading.
+pub struct Prose(pub &'static str);
+
+impl Prose {
+    /// What stands below a heading. A paragraph and an item of a list become a line each.
+    ///
+    /// # Panics
+    /// There is no such heading.
+    pub fn part(&self, heading: &str, values: &[(&str, &dyn Display)]) -> Part {
+        let (_, behind) = self.0.split_once(&format!("# {heading}\n\n")).expect(heading);
+        let text = behind.split("\n\n#").next().unwrap_or_default().trim_end();
+        let text = text.replace("\n- ", "\r- ").replace('\n', " ").replace('\r', "\n");
+        Part::Text(values.iter().fold(text, filled))
+    }
+
+    /// A heading, what stands below it, and a table.
+    pub fn section(&self, heading: &str, values: &[(&str, &dyn Display)], table: Table) -> Vec<Part> {
+        vec![Part::Heading(heading.into()), self.part(heading, values), Part::Table(table)]
+    }
+}
+
+/// A text with one of its braces filled in.
+pub fn filled(text: String, (name, value): &(&str, &dyn Display)) -> String {
+    text.replace(&format!("{{{name}}}"), &value.to_string())
 }
 
 /// A text and a table below a heading.

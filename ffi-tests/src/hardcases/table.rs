@@ -3,15 +3,11 @@
 use super::bounds::{Bounded, Figures, LARGEST};
 use super::laws::Verdict;
 use super::scenes::HUGE;
+use crate::page::filled;
 use std::fmt::Display;
 
 /// What is filled in stands in braces.
 const PAGE: &str = include_str!("page.md");
-
-/// A page with one of its braces filled in.
-fn filled(page: String, (name, value): &(&str, &dyn Display)) -> String {
-    page.replace(&format!("{{{name}}}"), &value.to_string())
-}
 
 /// A case.
 pub struct Row {

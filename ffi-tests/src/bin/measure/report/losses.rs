@@ -1,6 +1,8 @@
 //! Where the best peers are ahead: why, as far as the measured numbers tell, and what to call instead.
 
 use super::gains::{self, Scale, materials, of_study, ours, over, over_best, studies};
+use super::tables::PROSE;
+use std::fmt::Display;
 use wis_ffi_tests::measure::{Cell, Errors};
 use wis_ffi_tests::method::EXTENDED;
 use wis_ffi_tests::page::{Part, Table, times};
@@ -38,13 +40,9 @@ pub fn parts(cells: &[Cell]) -> Vec<Part> {
             rows.push((worst, loss.row(&study, &material, range, behind)));
         }
     }
-    let text = format!(
-        "Against the best of {} baselines, chosen for each cell, wis is behind in **{lost} of {all} groups**. A group is the mean over \
-         lights for a study, a lobe, a number of rays, a metric and a cost model. Each row below is a study and a lobe: \
-         its worst group, and the range of all its groups.",
-        EXTENDED.each.len()
-    );
-    let mut parts = vec![Part::Heading("Where does wis lose, and why?".into()), Part::Text(text)];
+    let heading = "Where does wis lose, and why?";
+    let filled: [(&str, &dyn Display); 3] = [("baselines", &EXTENDED.each.len()), ("lost", &lost), ("all", &all)];
+    let mut parts = vec![Part::Heading(heading.into()), PROSE.part(heading, &filled)];
     if rows.is_empty() {
         return parts;
     }
@@ -53,14 +51,8 @@ pub fn parts(cells: &[Cell]) -> Vec<Part> {
     let head = ["study", "lobe", "worst group", "best baselines there", "reason", "what helps"];
     let mut table = Table::new(head, ["gain there", "all gains", "behind"]);
     table.rows = rows.into_iter().map(|(_, row)| row).collect();
-    let names = "Names of baselines. RIS32: each ray is resampled from 32 candidates, half of the light and half of the BRDF. P(4): all \
-                 rays are picked from one pool with 4 such candidates for each. comp.: the candidates come from the compensated \
-                 light, which is what the light has above its mean.";
-    let note = "Variances in reasons are those for equal numbers of rays. Without shadows: the absolute error of the choice of \
-                directions alone. Visible light: that which reaches the points over what would without blockers. \
-                Candidates of wis are counted. \
-                Gains in brackets are those of the call over the same baselines.";
-    parts.extend([Part::Table(table), Part::Text(names.into()), Part::Text(note.into())]);
+    let words = ["Names of baselines", "Words of reasons"].map(|heading| PROSE.part(heading, &[]));
+    parts.extend([Part::Table(table)].into_iter().chain(words));
     parts
 }
 

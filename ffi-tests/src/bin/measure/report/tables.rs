@@ -5,14 +5,17 @@ use super::goals::{self, Measured, Times};
 use super::studies::{HITS, MAIN, MEASURED, NEAREST, ROOM, SMOOTH, SUN, TEXTURED, has_known_lobes};
 use super::{losses, plots};
 use anyhow::Result;
+use std::fmt::Display;
 use wis_ffi_tests::caches::{CACHES, COLD, RENDERER, SLOWER, WARM};
 use wis_ffi_tests::cost::MODELS;
 use wis_ffi_tests::data::DEVELOPER;
 use wis_ffi_tests::earlier;
 use wis_ffi_tests::measure::{Cell, Errors, REGIONS};
 use wis_ffi_tests::method::EXTENDED;
-use wis_ffi_tests::page::{Page, Part, Table, section, times};
+use wis_ffi_tests::page::{Page, Part, Prose, Table, times};
 use wis_ffi_tests::statistics::geometric;
+
+pub const PROSE: Prose = Prose(include_str!("page.md"));
 
 /// What the page says about the run.
 pub struct Run {
@@ -126,33 +129,23 @@ fn first_screen(run: &Run, cells: &[Cell]) -> [Part; 4] {
         let gains: Vec<f64> = gains.filter_map(|cell| cell.strip_suffix('x')?.parse().ok()).collect();
         format!("{} of {}", gains.iter().filter(|gain| **gain > 1.0).count(), gains.len())
     };
-    let verdict = format!(
-        "**At equal time wis has less variance than MIS in {} numbers of the first table. Against compensated MIS that holds for {}, and \
-         against the best of {} baselines for {}.** Each number says how many times lower the variance of wis is: above 1 wis is ahead.",
-        ahead(3..5),
-        ahead(5..7),
-        EXTENDED.each.len(),
-        ahead(7..9)
-    );
-    let scene =
-        format!("Most numbers are of {} hits on one mesh, {} repeats, {}.", run.points, run.repeats, run.machine);
-    let words = "Absolute error weighs bright pixels, relative error weighs all pixels alike. Cheap: a ray takes about 50 ns, and the \
-                 BRDF is evaluated in eight lanes. Expensive: each evaluation takes 150 ns more and each ray 500 ns more, as in scalar \
-                 renderers. MIS balance: half of the samples from the light, half from the BRDF, weighed by the balance heuristic. For one ray \
-                 it takes one of each, and pays for both. MIS \
-                 compensated: the same, but the light is sampled by what it has above its mean. The best baseline is chosen for each cell. \
-                 0.2: `wis_direct` of version 0.2 without `u`, in the same process, if it was there. \
-                 Caches are those of a renderer. More situations stand [below](#and-in-every-situation).";
+    let (mis, compensated, best) = (ahead(3..5), ahead(5..7), ahead(7..9));
+    let filled: [(&str, &dyn Display); 4] = [
+        ("over_mis", &mis),
+        ("over_compensated", &compensated),
+        ("baselines", &EXTENDED.each.len()),
+        ("over_best", &best),
+    ];
+    let run: [(&str, &dyn Display); 3] =
+        [("points", &run.points), ("repeats", &run.repeats), ("machine", &run.machine)];
     let heading = Part::Heading("How many times lower is the variance at equal time?".into());
-    [Part::Text(verdict), heading, Part::Table(table), Part::Text(format!("{words} {scene}"))]
+    [PROSE.part("Verdict", &filled), heading, Part::Table(table), PROSE.part("First table", &run)]
 }
 
 /// Every situation, with other caches, too.
 fn situations(cells: &[Cell]) -> Vec<Part> {
-    let text = "As the first table. Each number is the geometric mean over the lights and lobes of its row. Caches are those of a \
-                renderer, but in the columns that name others.";
     let table = of_situations(cells, &|_| true, true);
-    section("And in every situation?", text, table)
+    PROSE.section("And in every situation?", &[], table)
 }
 
 fn of_situations(cells: &[Cell], kept: &dyn Fn(&Situation) -> bool, others: bool) -> Table {
@@ -203,9 +196,7 @@ fn certain(cells: &[Cell]) -> Vec<Part> {
         let number = gains(scales[0]).len().to_string();
         table.row([&study], [number].into_iter().chain(scales.iter().map(count)));
     }
-    let text = "Cells in which wis is ahead / undecided / behind, against the best baseline of the cell. A cell is a light, a lobe and a \
-                number of rays. The bootstrap interval of 95 % lies above 1, holds 1, or lies below.";
-    section("In how many cells is wis ahead, undecided, behind?", text, table)
+    PROSE.section("In how many cells is wis ahead, undecided, behind?", &[], table)
 }
 
 pub fn verdict(is_reached: bool) -> &'static str {
@@ -220,9 +211,8 @@ fn costs(cells: &[Cell], measured: &Measured) -> Vec<Part> {
     let bound = format!("largest f L cos / (p I) of the product, every cell (at most {})", goals::LARGEST_WEIGHT);
     table.row([bound], [format!("{largest:.1}")]);
     table.row(["bytes that a product asks for"], [format!("{} B", measured.product_bytes)]);
-    let note = "Fit, times, bytes and builds of the light are in [light.md](light.md). The size of the code and the stack are bounded by \
-                `scripts/check-size.sh` and by the tests.";
-    let mut parts = vec![Part::Heading("What does a call cost?".into()), Part::Table(table), Part::Text(note.into())];
+    let heading = "What does a call cost?";
+    let mut parts = vec![Part::Heading(heading.into()), Part::Table(table), PROSE.part(heading, &[])];
     parts.extend(call_times(measured));
     parts
 }
@@ -339,12 +329,7 @@ fn weights_and_limit(main: &[&Cell]) -> Vec<Part> {
         };
         table.row([&material], [format!("{largest:.1}")].into_iter().chain(methods.iter().map(ratio)));
     }
-    let text = "Largest weight: the largest f L cos / (p I) of the product over a dense grid of directions, 8 points and every light. \
-                The bound is 50. Variance / limit: 16 samples, \
-                absolute, lower is better. The limit samples the product of light and BRDF x cosine cell by cell. Its grid has \
-                512 x 512 cells, and more where the light varies. That takes about a millisecond for a point. The variance that is \
-                left comes from visibility.";
-    section("How large do weights get, and how far is the limit?", text, table)
+    PROSE.section("How large do weights get, and how far is the limit?", &[], table)
 }
 
 /// Rays for a hit that both groups of maps are compared at.
@@ -357,13 +342,8 @@ fn by_maps(main: &[&Cell], lights: &[String]) -> Vec<Part> {
         let names: Vec<&str> = lights.iter().map(String::as_str).filter(|light| kept(light)).collect();
         if names.is_empty() { "none".into() } else { names.join(", ") }
     };
-    let text = format!(
-        "Development maps: {}. Judged maps: {}. The light \"{SUN}\" is made by the project. Constants were chosen on development maps alone. \
-         Below: gains of `direct` on both groups, expensive costs, a renderer's caches. A library \
-         that fits its development maps alone would be behind on the others.",
-        list(&is_developer),
-        list(&|light| !is_developer(light) && light != SUN),
-    );
+    let (developer, judged) = (list(&is_developer), list(&|light| !is_developer(light) && light != SUN));
+    let filled: [(&str, &dyn Display); 3] = [("developer", &developer), ("judged", &judged), ("SUN", &SUN)];
     let rivals = [Against::Method("MIS balance"), Against::Best(&EXTENDED)];
     let mut table = Table::new(["maps", "rays"], rivals.iter().flat_map(|rival| metrics(rival.name())));
     for (name, developer) in [("development", true), ("judged", false)] {
@@ -375,7 +355,7 @@ fn by_maps(main: &[&Cell], lights: &[String]) -> Vec<Part> {
             table.row([name, &rays.to_string()], gains);
         }
     }
-    section("Are judged maps worse than those it was tuned on?", text, table)
+    PROSE.section("Are judged maps worse than those it was tuned on?", &filled, table)
 }
 
 fn drawn(main: &[&Cell], lobes: &[String]) -> Result<Vec<Part>> {

@@ -6,10 +6,13 @@ use super::several::Several;
 use crate::report::gains::{METRICS, Scale, distinct, metrics, over, row, variance};
 use crate::report::tables::verdict;
 use anyhow::Result;
+use std::fmt::Display;
 use wis_ffi_tests::cost::MODELS;
 use wis_ffi_tests::measure::{Cell, FEW, REGIONS};
-use wis_ffi_tests::page::{Page, Part, Table, section, times};
+use wis_ffi_tests::page::{Page, Part, Prose, Table, times};
 use wis_ffi_tests::statistics::geometric;
+
+const PROSE: Prose = Prose(include_str!("page.md"));
 
 /// Goals, absolute and relative: over MIS without portals, and over MIS with a uniform sample of the portals.
 const OVER_MIS: [f64; 2] = [10.0, 10.0];
@@ -49,60 +52,19 @@ pub fn page(cells: &[Cell], seen: &[Seen], passes: &[Passes], several: &[Several
     let lights = distinct(cells.iter().map(|cell| &cell.light)).join(", ");
     let mut parts = vec![
         Part::List(verdicts(cells, seen, passes, several)),
-        Part::Text(
-            "Gain: how many times lower the variance is at equal time, as the geometric mean over lights and materials. Above 1, `wis_direct` is \
-             better. Absolute error weighs bright points, relative error weighs all points alike. Cheap and expensive: what a ray and an \
-             evaluation cost, as in [report.md](report.md). Portals: rectangles in `wis_point`. Complete: with `WIS_POINT_PORTALS_COMPLETE`."
-                .into(),
-        ),
+        PROSE.part("Gains", &[]),
         Part::Table(summary(cells, &scenes, &[4])),
     ];
-    parts.extend(section(
-        "Without portals",
-        "Gain over MIS balance in the rooms, and in the open with its blockers. Equal rays: how many times lower the variance is with as many \
-             rays. What the library's choice loses in rooms is time: of 4 rays, 4 candidates for each bring what 16 do, since most of \
-             the light that they weigh is hidden. In the open 16 candidates pay. In direct and BRDF half of the rays are of \
-             `WIS_POINT_COMPENSATED`, half of the BRDF for the light up to its mean.",
-        bare(cells),
-    ));
-    parts.extend(section(
-        "Without portals, with a visibility cache",
-        "Gain over MIS balance. Four passes over an image have taught the cache; rays have other seeds. Where less than half was seen, wis_direct \
-             weighs 4 candidates of each source for a ray. Times are those of loops, so those without a cache are shorter than above.",
-        of_seen(seen),
-    ));
-    parts.extend(section(
-        "Passes of one ray, with a visibility cache",
-        format!(
-            "{PASSES} passes over an image, of which the first counts neither as error nor as time: there the cache knows nothing. Time holds keys, \
-             recording and the end of passes. The room with one window, gain over rays with neither:"
-        ),
-        of_passes(passes),
-    ));
-    parts.extend([
-        Part::Text(format!(
-            "Gain of the cache in relative error, where v of a point's light is visible. Lit: v > 0.95. Umbra: v < 0.05. At least {FEW} points of \
-             an image:"
-        )),
-        Part::Table(by_region(passes)),
-    ]);
-    parts.extend(section(
-        "Several environments",
-        "Gain of one call for the sum of some maps over a call for each, in the open. One call for several environments could not be better: \
-             its candidates would have the density of that sum, and each would be looked up in all maps. What counts is 1.5x and more.",
-        of_several(several),
-    ));
+    parts.extend(PROSE.section("Without portals", &[], bare(cells)));
+    parts.extend(PROSE.section("Without portals, with a visibility cache", &[], of_seen(seen)));
+    let filled: [(&str, &dyn Display); 2] = [("PASSES", &PASSES), ("FEW", &FEW)];
+    parts.extend(PROSE.section("Passes of one ray, with a visibility cache", &filled, of_passes(passes)));
+    parts.extend([PROSE.part("Where light is visible", &filled), Part::Table(by_region(passes))]);
+    parts.extend(PROSE.section("Several environments", &[], of_several(several)));
     parts.extend([Part::Heading("1 and 16 rays".into()), Part::Table(summary(cells, &scenes, &[1, 16]))]);
-    parts.extend(section("Each light and material", "4 rays, cheap. Gains over MIS balance.", each(cells)));
+    parts.extend(PROSE.section("Each light and material", &[], each(cells)));
     parts.push(Part::Heading("How it was measured".into()));
-    parts.push(Part::List(vec![
-        format!("Lights: {lights}. Materials: Lambert, GGX 0.2, a mix with GGX 0.1. 240 points, 32 repeats, caches of a renderer."),
-        "A room of 4 x 4 x 2.4 with a cow in it. The small window is 20 x 15 degrees wide from its middle. A portal faces away: its edges are exchanged.".into(),
-        "MIS: one half of the samples from the light or the portals, one half from the BRDF, balance heuristic; for one ray one of each.".into(),
-        "Uniform in portals: uniform in solid angle, portals by solid angle. pbrt-v4's windows: the map over the angles along both edges of a portal, \
-         512 x 512 cells with summed areas; the window that the point sees is sampled by its light, portals by what comes through each.".into(),
-        "In closed rooms neither traces samples of the BRDF that miss all portals. References hold light, BRDF, the uniform sphere and portals.".into(),
-    ]));
+    parts.push(PROSE.part("How it was measured", &[("lights", &lights)]));
     Page::measured("Rooms: portals", parts, "rooms")
 }
 

@@ -16,8 +16,6 @@
 #define REFERENCE_SECONDS 14.0
 /* At each hit, as in the loop of the README: the two halves of MIS are blocks of the Sobol sequence. */
 #define SAMPLES 4u
-/* Rays are cheap here, and a pixel has many: more camera rays gain more than a better choice at each hit. */
-#define CANDIDATES_PER_RAY 4u
 /* The magnified part, in pixels: three of them are 1280 wide. */
 #define CROP_WIDTH 210
 #define CROP_HEIGHT 180
@@ -89,7 +87,7 @@ static bool prepare(Studio *s, const Options *o, const Picture *p, Result *r) {
     s->camera = set_camera(p, (o->width - 3 * PANEL_GUTTER) / 2, o->height - 2 * PANEL_CAPTION - PANEL_GUTTER);
     s->films.count = METHODS;
     for (int m = 0; m < METHODS; m++) {
-        Film film = {.method = methods[m], .samples = o->samples, .candidates = CANDIDATES_PER_RAY, .budget = o->seconds, .most = UINT32_MAX};
+        Film film = {.method = methods[m], .samples = o->samples, .budget = o->seconds, .most = UINT32_MAX};
         s->films.method[m] = film;
     }
     return (films_init(&s->films, &s->camera, o->reference_seconds, UINT32_MAX) && film_remember(&s->films.method[REMEMBERING])) ||

@@ -136,9 +136,7 @@ bool page_write(const Page *page, const char *path) {
     write_verdicts(f, page);
     fputs("\nAbove 1x, `wis_direct` has the lower error. It gains least, or loses, in two cases:\n\n"
           "- The brightest light is blocked. Neither method knows that, but MIS spends half of its samples on the BRDF, whatever the light.\n"
-          "- The surface is so diffuse, and the light so even, that the choice of rays gains less than it costs.\n\n"
-          "Each ray is chosen among 4 candidates, by `candidates_per_ray`. Where rays are cheap, the default of 16 gains less in relative error and more in\n"
-          "absolute error (in the open: [rooms](measurements/rooms.md#without-portals)).\n\n", f);
+          "- The surface is so diffuse, and the light so even, that the choice of rays gains less than it costs.\n\n", f);
     for (uint32_t i = 0; i < page->count; i++) {
         const Picture *p = page->results[i].picture;
         const Verdict *v = &page->results[i].verdict;

@@ -81,7 +81,7 @@ static wis_status run(Pass *pass, unsigned threads) {
     Film *film = pass->film;
     wis_status status = WIS_OK;
     for (unsigned i = 0; i < threads && status == WIS_OK; i++) {
-        status = workspace_init(&pass->workspaces[i], film->samples, film->candidates);
+        status = workspace_init(&pass->workspaces[i], film->samples);
         pass->workspaces[i].visibility = film->visibility;
     }
     if (status == WIS_OK) {

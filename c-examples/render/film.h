@@ -8,7 +8,6 @@
 typedef struct Film {
     Method method;
     uint32_t samples;    /* at each hit: an even number */
-    uint32_t candidates; /* of each ray of wis_direct; 0: the library's number */
     double budget;       /* processor time, of all threads */
     uint32_t most;       /* passes */
     bool is_still;       /* camera rays meet the middle of the pixel */
@@ -22,7 +21,7 @@ typedef struct Film {
     wis_visibility_cache *visibility; /* from malloc; NULL: rays of earlier passes are forgotten */
 } Film;
 
-/* Makes room for the picture of a film whose first seven fields are set. Returns false if out of memory. Free the film even then. */
+/* Makes room for the picture of a film whose first six fields are set. Returns false if out of memory. Free the film even then. */
 bool film_init(Film *film, const Camera *camera);
 
 /* Lets wis_direct know what rays of earlier passes saw. Returns false if out of memory. */

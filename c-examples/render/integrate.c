@@ -31,8 +31,8 @@ void lighting_free(Lighting *lighting) {
     environment_free(&lighting->compensated);
 }
 
-wis_status workspace_init(Workspace *w, uint32_t capacity, uint32_t candidates) {
-    wis_sampler_config config = {.size = sizeof config, .rays = capacity, .candidates_per_ray = candidates};
+wis_status workspace_init(Workspace *w, uint32_t capacity) {
+    wis_sampler_config config = {.size = sizeof config, .rays = capacity};
     wis_memory_size size;
     wis_status status = wis_sampler_size(&config, &size, NULL);
     void *memory = status == WIS_OK ? malloc(size.bytes) : NULL;

@@ -39,9 +39,8 @@ typedef struct Workspace {
     wis_ray ray[MAX_SAMPLES];
 } Workspace;
 
-/* For `capacity` samples at a point. wis_direct chooses each ray among `candidates`; 0: the library's number. Free the workspace even
- * on failure. */
-wis_status workspace_init(Workspace *workspace, uint32_t capacity, uint32_t candidates);
+/* For `capacity` samples at a point. Free the workspace even on failure. */
+wis_status workspace_init(Workspace *workspace, uint32_t capacity);
 
 void workspace_free(Workspace *workspace);
 

@@ -11,8 +11,8 @@ bool films_init(Films *films, const Camera *camera, double budget, uint32_t most
         made = film_init(&films->method[i], camera) && made;
     }
     for (uint32_t r = 0; r < REFERENCES; r++) {
-        Film film = {.method = references[r], .samples = REFERENCE_SAMPLES, .candidates = films->method[0].candidates, .budget = budget,
-                     .most = most, .is_still = films->method[0].is_still, .number = films->count + r};
+        Film film = {.method = references[r], .samples = REFERENCE_SAMPLES, .budget = budget, .most = most,
+                     .is_still = films->method[0].is_still, .number = films->count + r};
         films->reference[r] = film;
         made = film_init(&films->reference[r], camera) && made;
     }

@@ -20,22 +20,19 @@ const OF_PORTALS_LEAST: usize = 16;
 /// Candidates of each source for a ray where little of the light was seen: most of what more of them find is blocked. In rooms of one to four
 /// openings, variance x time with 4 rays is then 0.7 (absolute) and 0.5 times as high (relative), and 0.9 and 0.6 times with expensive rays.
 const OF_DARK: usize = 4;
-/// Candidates of the light for each of the lobes, where several rays leave a surface that is diffuse alone. With 4 and 16 rays, in the open, among
-/// spheres and in rooms, as many of both have 0.97 (absolute) and 0.90 to 0.95 times (relative) the efficiency at equal rays, and take longer.
-const OF_EVEN: usize = 2;
-/// From more rays on, fewer candidates for each suffice. With 16 rays, 4 have 1.1 (absolute) and 1.3 times (relative) the efficiency of 8 where
-/// rays are cheap, but 0.8 and 1.0 times where they are expensive (docs/measurements/development.md).
-const MANY: usize = 16;
+/// From more rays on, fewer candidates for each suffice. With 16 rays, 4 have 1.0 (absolute) and 1.4 times (relative) the efficiency of 8 in the open
+/// where rays are cheap, 0.9 and 1.2 times where they are expensive, and 1.2 to 1.4 and 1.4 to 1.7 times in rooms (docs/measurements/development.md).
+const MANY: usize = 8;
 /// The most candidates of a source in a call for which the library chooses their number.
 pub const MOST: usize = 1024;
 
-/// Candidates of each source for a ray, by the number of rays and the least roughness. With 4 and 16 rays, variance x time is lower
-/// than that of as many samples of a product, by 1.3 to 4 times where nothing blocks and 0.9 to 1.7 behind blockers.
+/// Candidates of each source for a ray, by the number of rays and the least roughness, [`f32::MAX`] if all lobes are diffuse. With 4 and 16 rays,
+/// variance x time is lower than that of as many samples of a product, by 1.3 to 4 times where nothing blocks and 0.9 to 1.7 behind blockers.
 fn per_ray(rays: usize, least: f32) -> usize {
     match rays {
         0..=1 if least < NARROW => 32,
-        0..=1 if least < f32::MAX => 16,
-        0..=MANY => 8,
+        0..=1 => 8,
+        2..=MANY if least < f32::MAX => 8,
         _ => 4,
     }
 }
@@ -91,14 +88,11 @@ impl Effort {
             let each = rounded(rays * OF_LAMPS).min(MOST);
             return Counts { light: each, lobes: if least < WIDE { each } else { 0 }, portals: 0 };
         }
-        let each = if dark { OF_DARK } else { per_ray(rays, if targeted { least.max(NARROW) } else { least }) };
-        let each = rounded(rays * each).min(MOST);
-        let is_even = !(least < f32::MAX || self.portals || targeted || dark);
-        Counts {
-            light: each,
-            lobes: if is_even && (2..=MANY).contains(&rays) { each / OF_EVEN } else { each },
-            portals: 0,
-        }
+        // A target or portals: the lobes do not tell how even the light is there.
+        let least = if targeted { least.max(NARROW) } else { least };
+        let least = if targeted || self.portals { least.min(1.0) } else { least };
+        let each = rounded(rays * if dark { OF_DARK } else { per_ray(rays, least) }).min(MOST);
+        Counts { light: each, lobes: each, portals: 0 }
     }
 
     /// The most candidates of any call for as many rays or fewer.

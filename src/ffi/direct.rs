@@ -33,9 +33,9 @@ pub unsafe extern "C" fn wis_base(
 /// hemisphere and where the built light is 0.
 ///
 /// `rays`: at most as many as the sampler was made for (WIS_INVALID_ARGUMENT). `ray_count`: how many there are, 0 (no light) to `rays`.
-/// Rays are picked among candidates, half from the light and half from the lobes. One ray has 16 (all lobes diffuse), 32, or 64 (a lobe below
-/// 0.15). Of several rays each has 16 (12 if all lobes are diffuse), beyond 16 rays 8; 2048 in all at the most. Where the visibility cache of the
-/// point knows that little of the light was seen, they are 8 for each ray.
+/// Rays are picked among candidates, half from the light and half from the lobes. One ray has 16, or 64 for a lobe below 0.15. Of
+/// up to 8 rays each has 16 (8 if all lobes are diffuse), beyond 8; 2048 in all at the most. Where the visibility cache of the point knows that
+/// little of the light was seen, each has 8.
 ///
 /// Portals of the point add 8 candidates for each ray, at least 16. WIS_INVALID_ARGUMENT for one that is not finite or has no right
 /// angle: `y` of the fault is its number. If all are left out, rays are those without portals; none with

@@ -34,7 +34,7 @@ pub struct SamplerConfig {
     /// The most rays of one call, 1 to 4096; 0: 16.
     pub rays: u32,
     /// Candidates for each ray, 1 to 256, rounded up to powers of two, at least 16 a call: 1 to 16 are the same for one ray. 0: chosen by rays,
-    /// point and lobes; 4 is better in rooms that have neither portals nor a visibility cache.
+    /// point and lobes, for cheap and expensive rays alike.
     pub candidates_per_ray: u32,
     /// First hits of a pixel, between calls of wis_sampler_begin_pixel; 0: unknown. From 16 on they share products: 15 kB more.
     pub hits_per_pixel: u32,

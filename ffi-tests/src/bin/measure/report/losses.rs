@@ -209,9 +209,6 @@ impl Loss {
         let peer = self.peers[0];
         let own = match self.cause() {
             Cause::Level => "no change".into(),
-            Cause::Time if self.scale.model == 0 && self.candidates > 4.0 => {
-                "`candidates_per_ray` = 4, as [gallery.md](../gallery.md) does".into()
-            }
             Cause::Time => format!("{}, which takes {:.1} us", peer.name(), self.us[1]),
             Cause::Blocked => format!("a visibility cache (`visibility` of the point); without one {}", peer.name()),
             _ => match candidates(peer) {

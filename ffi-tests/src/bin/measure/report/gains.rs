@@ -4,7 +4,11 @@ use super::studies::{HITS, TEXTURED};
 use wis_ffi_tests::cost::MODELS;
 use wis_ffi_tests::measure::{Cell, Errors, Row};
 use wis_ffi_tests::method::{Method, Peers};
+use wis_ffi_tests::page::Prose;
 use wis_ffi_tests::statistics::{bootstrap_ratio, geometric};
+
+/// What the page says beside its numbers.
+pub const PROSE: Prose = Prose(include_str!("page.md"));
 
 /// A mean squared error of a region.
 type Error = fn(&Errors) -> f64;

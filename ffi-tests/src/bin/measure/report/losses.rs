@@ -1,7 +1,6 @@
 //! Where the best peers are ahead: why, as far as the measured numbers tell, and what to call instead.
 
-use super::gains::{self, Scale, materials, of_study, ours, over, over_best, studies};
-use super::tables::PROSE;
+use super::gains::{self, PROSE, Scale, materials, of_study, ours, over, over_best, studies};
 use std::fmt::Display;
 use wis_ffi_tests::measure::{Cell, Errors};
 use wis_ffi_tests::method::EXTENDED;

@@ -1,6 +1,8 @@
 //! The page: what to call and what it gives, where the library loses, which goals are reached, and all numbers behind it.
 
-use super::gains::{self, Against, METRICS, Scale, lights, materials, metrics, of_study, ours, over_best, studies};
+use super::gains::{
+    self, Against, METRICS, PROSE, Scale, lights, materials, metrics, of_study, ours, over_best, studies,
+};
 use super::goals::{self, Measured, Times};
 use super::studies::{HITS, MAIN, MEASURED, NEAREST, ROOM, SMOOTH, SUN, TEXTURED, has_known_lobes};
 use super::{losses, plots};
@@ -12,10 +14,8 @@ use wis_ffi_tests::data::DEVELOPER;
 use wis_ffi_tests::earlier;
 use wis_ffi_tests::measure::{Cell, Errors, REGIONS};
 use wis_ffi_tests::method::EXTENDED;
-use wis_ffi_tests::page::{Page, Part, Prose, Table, times};
+use wis_ffi_tests::page::{Page, Part, Table, times};
 use wis_ffi_tests::statistics::geometric;
-
-pub const PROSE: Prose = Prose(include_str!("page.md"));
 
 /// What the page says about the run.
 pub struct Run {

@@ -14,7 +14,7 @@ sources() {
         *)
             echo c-examples/direct.h
             find ffi-tests/src -name '*.c' -o -name '*.rs' -not -path '*/bin/*' -not -path '*/hardcases/*'
-            find ffi-tests/src/bin -path "*/bin/$1.rs" -o -path "*/bin/$1/*" -o -path "*/bin/measure/$1/*.rs" -o -path "*/bin/measure/*.rs" -not -path "*/measure/*/*" ;;
+            find ffi-tests/src/bin -path "*/bin/$1.rs" -o -path "*/bin/$1/*" -o -path "*/bin/measure/$1/*" -o -path "*/bin/measure/*.rs" -not -path "*/measure/*/*" ;;
     esac
 }
 

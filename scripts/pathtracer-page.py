@@ -222,12 +222,13 @@ def main(program, folder, path):
         # What the page says of the run it was measured in stays.
         provenance = re.search(r"^Commit [\s\S]*", read(path), flags=re.M).group()
     with open(path, "w", encoding="utf-8") as file:
+        samples = [f"{samples} samples" if samples > 1 else "1 sample" for samples in numbers_of_samples]
         file.write(read("scripts/pathtracer.md").removesuffix("\n").format(
             won_relative=won["relative"][0], of_relative=won["relative"][1], won_absolute=won["absolute"][0], of_absolute=won["absolute"][1],
-            untold=len(cells) - len(told), maps=len(names), path_us=path_us, goals="\n".join(goals), outdoors=", ".join(OUTDOORS), losing=losing,
-            summary=table(["tracer, numbers", "metric", *[f"{samples} samples" if samples > 1 else "1 sample" for samples in numbers_of_samples]], summary),
+            untold=len(cells) - len(told), maps=len(names), path_us=path_us, goals="\n".join(goals), outdoors=", ".join(OUTDOORS),
+            losing=losing, least_share=100 * min(shares), largest_share=100 * max(shares), sloped=len(sloped), names=", ".join(names),
+            provenance=provenance, summary=table(["tracer, numbers", "metric", *samples], summary),
             by_map=table(["map", *[f"{tracer}, {numbers}, {samples}" for tracer, numbers, samples in BY_MAP]], by_map),
-            least_share=100 * min(shares), largest_share=100 * max(shares), sloped=len(sloped), names=", ".join(names), provenance=provenance,
             causes=table(["scene", *[f"{samples} samples" for samples in (16, 64, 256)]], causes),
             rows=table(["tracer, numbers", "samples", "metric", *[CALLED[method] for method in PATTERNS]], rows),
             slopes=table(["material", "pixels that see", "MIS", "compensated MIS", CALLED["alone"]], slopes),

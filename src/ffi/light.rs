@@ -2,7 +2,6 @@
 
 mod build;
 mod config;
-pub(in crate::ffi) mod rows;
 mod shared;
 
 pub use config::*;
@@ -19,7 +18,6 @@ use crate::status::{Error, Status};
 use build::Build;
 use core::ffi::c_void;
 use core::ptr::null_mut;
-use rows::PixelRows;
 
 /// An environment map as a distribution of directions: bytes in your memory without pointers, so it may be copied (to any block
 /// aligned to WIS_ALIGNMENT), saved and mapped. Constant once built, but for wis_environment_turn; any number of threads may

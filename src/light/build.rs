@@ -189,7 +189,7 @@ impl Passed<'_> {
             bytes: end,
             power,
             mean: totals.mean,
-            largest_share: largest_share(totals),
+            largest_share: if totals.mean > 0.0 { (totals.brightest / (totals.mean * 4.0 * PI)).min(1.0) } else { 0.0 },
             error: if power > 0.0 { libm::sqrt((variance / power).max(0.0)) } else { 0.0 },
             sanitised: totals.sanitised,
             lengths,
@@ -285,12 +285,6 @@ fn write_colours(plan: &Plan, rgb: &[[f64; 3]], cells: &[Cell], colours: &mut [[
             *out = [cell.probability; 3];
         }
     }
-}
-
-/// The share of the light that the brightest texel gives.
-fn largest_share(totals: &Totals) -> f64 {
-    let power = totals.mean * 4.0 * PI;
-    if power > 0.0 { (totals.brightest / power).min(1.0) } else { 0.0 }
 }
 
 /// Rows of texels are decoded; grids of cells are chosen; tables of cells are written; rows of the texel map are summed up; strata are

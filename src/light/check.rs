@@ -4,7 +4,7 @@ use super::blocks::CellBlocks;
 use super::environment::Environment;
 use super::plan::Plan;
 use super::search::stored_cell;
-use super::tables::{Cell, Light, line_words};
+use super::tables::{BLOCK, Cell, Light, line_words};
 
 /// Whether header, hash, positions and tables are all sound.
 pub fn is_sound(environment: &Environment<'_>) -> bool {
@@ -14,9 +14,7 @@ pub fn is_sound(environment: &Environment<'_>) -> bool {
     if !rays || !plan.of.is_exact() {
         return rays;
     }
-    let columns = plan.grid[0] as usize;
-    let rows = plan.grid[1] as usize;
-    let tops = tables_are_sound(light.tops.beginnings(), [columns, rows]);
+    let tops = tables_are_sound(light.tops.beginnings(), plan.grid.map(|n| n as usize));
     let maps = (0..2).all(|k| {
         let of = light.cell_of[k];
         (0..plan.small_blocks(k)).all(|small| of.get(small as usize) == Some(&(plan.cell_of(k, small) as u8)))
@@ -58,13 +56,8 @@ fn cell_is_sound(plan: &Plan, light: &Light<'_>, index: u32) -> bool {
             let [top, bottom] = stored_cell(starts, row);
             (0..columns).all(|column| {
                 let [left, right] = stored_cell(starts, rows + 1 + row * (columns + 1) + column);
-                block_is_sound(
-                    light,
-                    &blocks,
-                    c.first as usize,
-                    row * columns + column,
-                    (bottom - top) * (right - left),
-                )
+                let share = (bottom - top) * (right - left);
+                block_is_sound(light, &blocks, c.first as usize, row * columns + column, share)
             })
         })
 }
@@ -73,22 +66,17 @@ fn block_is_sound(light: &Light<'_>, cell: &CellBlocks, first: usize, number: us
     let Some(block) = light.blocks.get(first + number) else { return false };
     let steps = [block.step(0), block.step(1)];
     let grid = cell.tile(number, steps).grid;
-    let grid_fits = (0..2).all(|k: usize| {
-        u32::from(steps[k]) <= if light.exact { 0 } else { cell.side[k] } && grid[k] == u32::from(block.grid[k])
-    });
-    let [columns, rows] = block.grid.map(usize::from);
-    let bright = (0.0..f32::INFINITY).contains(&block.brightest);
-    if !grid_fits
-        || !bright
+    let fits = |k: usize| u32::from(steps[k]) <= if light.exact { 0 } else { cell.side[k] } && grid[k] <= BLOCK as u32;
+    if !fits(0)
+        || !fits(1)
+        || grid != block.grid.map(u32::from)
+        || !(0.0..f32::INFINITY).contains(&block.brightest)
         || block.to_ends > 1
-        || columns == 0
-        || columns > 16
-        || rows == 0
-        || rows > 16
         || block.share != share
     {
         return false;
     }
+    let [columns, rows] = block.grid.map(usize::from);
     let words = line_words(columns, light.bilinear);
     let lines = (rows + usize::from(light.bilinear)) * words;
     let words_at = |first: usize, count: usize| light.words.beginnings().get(first..first + count);

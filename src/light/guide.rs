@@ -10,6 +10,7 @@ use super::parts::{self, Area, BORDERS, Borders, EVEN, MIDDLES, PARTS, Sampled};
 use super::tables::Light;
 use crate::numeric::sqrt;
 use crate::simd::{Four, GROUP, Num};
+use glam::Vec3;
 
 /// A number of each cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -303,44 +304,33 @@ fn middles(area: &Area<'_>, borders: &Borders, first: usize) -> Sampled {
 #[inline(never)]
 fn cone(area: &Area<'_>) -> ([f32; 3], [f32; 2]) {
     let [axis, ..] = transposed(area.direction([Four::splat(0.5); 2]));
-    let mut lattice = [[0.0; 3]; (LATTICE * LATTICE).next_multiple_of(GROUP)];
+    let mut lattice = [Vec3::ZERO; (LATTICE * LATTICE).next_multiple_of(GROUP)];
     for (group, out) in lattice.chunks_exact_mut(Four::WIDTH).enumerate() {
         let at =
             |of: fn(usize) -> usize| Four::each(|lane| of(group * Four::WIDTH + lane) as f32 / (LATTICE - 1) as f32);
         let directions = area.direction([at(|k| k % LATTICE), at(|k| (k / LATTICE).min(LATTICE - 1))]);
-        for (out, direction) in out.iter_mut().zip(transposed(directions)) {
-            *out = direction;
-        }
+        out.iter_mut().zip(transposed(directions)).for_each(|(out, direction)| *out = direction);
     }
     let at = |i: usize, j: usize| lattice.get(j * LATTICE + i).copied().unwrap_or(axis);
     let (mut farthest, mut diagonal) = (0.0f32, 0.0f32);
     for (i, j) in (0..LATTICE * LATTICE).map(|k| (k % LATTICE, k / LATTICE)) {
-        farthest = farthest.max(chord_squared(axis, at(i, j)));
+        farthest = farthest.max(axis.distance_squared(at(i, j)));
         if i + 1 < LATTICE && j + 1 < LATTICE {
-            diagonal = diagonal.max(chord_squared(at(i, j), at(i + 1, j + 1)));
-            diagonal = diagonal.max(chord_squared(at(i + 1, j), at(i, j + 1)));
+            diagonal = diagonal.max(at(i, j).distance_squared(at(i + 1, j + 1)));
+            diagonal = diagonal.max(at(i + 1, j).distance_squared(at(i, j + 1)));
         }
     }
     let reach = sqrt(farthest) + sqrt(diagonal);
     if reach * reach >= 2.0 {
-        return (axis, [1.0, 0.0]);
+        return (axis.to_array(), [1.0, 0.0]);
     }
-    (axis, [reach * sqrt(1.0 - 0.25 * reach * reach), 1.0 - 0.5 * reach * reach])
+    (axis.to_array(), [reach * sqrt(1.0 - 0.25 * reach * reach), 1.0 - 0.5 * reach * reach])
 }
 
 /// Lanes of x, y and z as a direction for each lane.
-fn transposed([x, y, z]: [Four; 3]) -> [[f32; 3]; Four::WIDTH] {
-    let (x, y, z) = (x.store(), y.store(), z.store());
-    let mut directions = [[0.0; 3]; Four::WIDTH];
-    for (out, ((x, y), z)) in directions.iter_mut().zip(x.into_iter().zip(y).zip(z)) {
-        *out = [x, y, z];
-    }
-    directions
-}
-
-fn chord_squared(a: [f32; 3], b: [f32; 3]) -> f32 {
-    let [x, y, z] = [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
-    x * x + y * y + z * z
+fn transposed(columns: [Four; 3]) -> [Vec3; Four::WIDTH] {
+    let [x, y, z] = columns.map(Num::store);
+    core::array::from_fn(|lane| Vec3::new(x[lane], y[lane], z[lane]))
 }
 
 /// Writes the directions of the corners of all cells.

@@ -10,6 +10,7 @@ use crate::numeric::{max, min};
 use crate::points::sobol_in_order;
 use crate::simd::{Four, GROUP, Num};
 use bytemuck::{Pod, Zeroable, try_cast_slice_mut};
+use glam::Vec3;
 
 /// Parts of a cell along each axis.
 pub const PARTS: usize = 4;
@@ -248,26 +249,24 @@ struct Segment<'a> {
 #[derive(Clone, Copy)]
 struct Sum {
     weight: f32,
-    direction: [f32; 3],
+    direction: Vec3,
 }
 
 impl Sum {
-    const NONE: Sum = Sum { weight: 0.0, direction: [0.0; 3] };
+    const NONE: Sum = Sum { weight: 0.0, direction: Vec3::ZERO };
 
     fn and(self, point: &Point) -> Sum {
-        let ([x, y, z], [a, b, c], weight) = (self.direction, point.from_axis, point.weight);
-        Sum { weight: self.weight + weight, direction: [x + weight * a, y + weight * b, z + weight * c] }
+        let direction = self.direction + point.weight * Vec3::from_array(point.from_axis);
+        Sum { weight: self.weight + point.weight, direction }
     }
 
     fn without(self, other: Sum) -> Sum {
-        let ([x, y, z], [a, b, c]) = (self.direction, other.direction);
-        Sum { weight: self.weight - other.weight, direction: [x - a, y - b, z - c] }
+        Sum { weight: self.weight - other.weight, direction: self.direction - other.direction }
     }
 
     /// Its square: over the weight, it is by how much less the points spread about their mean than about the axis.
     fn squared(self) -> f32 {
-        let [x, y, z] = self.direction;
-        x * x + y * y + z * z
+        self.direction.length_squared()
     }
 }
 

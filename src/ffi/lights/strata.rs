@@ -1,7 +1,6 @@
 //! Structured importance sampling in C: a map as directional lights.
 
-use crate::ffi::light::rows::PixelRows;
-use crate::ffi::light::{LightConfig, read_config};
+use crate::ffi::light::{LightConfig, PixelRows, read_config};
 use crate::ffi::memory::block_mut;
 use crate::ffi::{Checked, Diagnostic, MemorySize, answer, out, put_size, sized, slice, slice_mut};
 use crate::light::chart::Layout;

@@ -16,16 +16,16 @@ direct  1  lambert 256  2700 2751 2735 11395
 direct  1  ggx     256  3600 4480 4444 20487
 direct  1  lambert 1024 2700 2754 2738 11076
 direct  1  ggx     1024 3600 4484 4448 19891
-prepare 1  lambert 1024 6500 8213 8089 18787
-prepare 1  ggx     1024 16000 23687 23297 32227
-sample  1  lambert 1024 1200 2601 2571 3213
-sample  1  ggx     1024 1200 2943 2911 3564
-pdf     1  lambert 1024 800 1754 1720 2283
-pdf     1  ggx     1024 800 2063 2023 2557
-sample  64 lambert 1024 500   877 860 1098
-sample  64 ggx     1024 500   1021 1003 1260
-pdf     64 lambert 1024 300   614 602 685
-pdf     64 ggx     1024 300   685 672 758
+prepare 1  lambert 1024 6500 8213 8083 18787
+prepare 1  ggx     1024 16000 23687 23229 32227
+sample  1  lambert 1024 1200 2471 2423 3213
+sample  1  ggx     1024 1200 2810 2755 3564
+pdf     1  lambert 1024 800 1640 1608 2283
+pdf     1  ggx     1024 800 1939 1901 2557
+sample  64 lambert 1024 500 568 557 1098
+sample  64 ggx     1024 500 621 609 1260
+pdf     64 lambert 1024 300 387 380 685
+pdf     64 ggx     1024 300 408 400 758
 "
 # Calls that are counted, and those whose lines are: their mean is printed.
 calls=64

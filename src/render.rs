@@ -166,7 +166,7 @@ impl Sampler<'_> {
     /// # Errors
     /// [`Status::NotBuilt`] if the environment was built for rays alone.
     pub fn sample(&self, environment: &Environment<'_>, u: &[[f32; 2]], out: &mut [Sample]) -> Result<()> {
-        samples(&environment.exact()?.tables(), &environment.frame(), u, out);
+        samples(self.level(), &environment.exact()?.tables(), &environment.frame(), u, out);
         Ok(())
     }
 
@@ -176,7 +176,7 @@ impl Sampler<'_> {
     /// # Errors
     /// As [`Sampler::sample`].
     pub fn pdf(&self, environment: &Environment<'_>, wi: &[[f32; 3]], out: &mut [f32]) -> Result<()> {
-        pdfs(&environment.exact()?.tables(), &environment.frame(), wi, out);
+        pdfs(self.level(), &environment.exact()?.tables(), &environment.frame(), wi, out);
         Ok(())
     }
 

@@ -169,7 +169,8 @@ fn draw(
         let (mut u, mut drawn) = ([[0.0; 2]; TOGETHER], [Sample::default(); TOGETHER]);
         u.iter_mut().zip(&mut numbers).for_each(|(u, number)| *u = number);
         let some = u.get(..TOGETHER.min(rays - first)).unwrap_or_default();
-        samples(&shaded, &frame, some, &mut drawn);
+        // Wider registers would gain little for so few rays, and be a tenth more code.
+        samples(Level::BASELINE, &shaded, &frame, some, &mut drawn);
         for &Sample { wi, pdf } in drawn.iter().take(some.len()) {
             if let (true, Some(ray)) = (pdf > 0.0 && is_above(point, wi), out.get_mut(written)) {
                 *ray = Ray { wi, weight: (1.0 / (rays as f32 * pdf)).min(f32::MAX) };

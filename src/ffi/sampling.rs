@@ -33,13 +33,13 @@ pub unsafe extern "C" fn wis_sample(
 ) -> Status {
     // SAFETY: the caller's contract, also for what stands inside.
     unsafe {
-        with_level(sampler, |_| {
+        with_level(sampler, |level| {
             let environment = exact(environment, 2)?;
             let u = Strided::<2>::new(u, u_stride, count, 5)?;
             let out = StridedMut::<4>::new(drawn.cast(), drawn_stride, count, 7)?;
             let (light, frame) = (&tables(&environment), environment.frame());
             if product.is_null() {
-                in_batches(&u, &out, count, |u, out| samples(light, &frame, u, cast_slice_mut(out)));
+                in_batches(&u, &out, count, |u, out| samples(level, light, &frame, u, cast_slice_mut(out)));
                 return Ok(());
             }
             let product = self::product(product, &environment, 3)?;
@@ -49,7 +49,7 @@ pub unsafe extern "C" fn wis_sample(
                 return Ok(());
             }
             let shaded = Shaded::new(light, product);
-            in_batches(&u, &out, count, |u, out| samples(&shaded, &frame, u, cast_slice_mut(out)));
+            in_batches(&u, &out, count, |u, out| samples(level, &shaded, &frame, u, cast_slice_mut(out)));
             Ok(())
         })
     }
@@ -73,17 +73,17 @@ pub unsafe extern "C" fn wis_pdf(
 ) -> Status {
     // SAFETY: the caller's contract, also for what stands inside.
     unsafe {
-        with_level(sampler, |_| {
+        with_level(sampler, |level| {
             let environment = exact(environment, 2)?;
             let wi = Strided::<3>::new(wi, wi_stride, count, 5)?;
             let pdf = StridedMut::<1>::new(pdf, pdf_stride, count, 7)?;
             let (light, frame) = (&tables(&environment), environment.frame());
             if product.is_null() {
-                in_batches(&wi, &pdf, count, |wi, pdf| pdfs(light, &frame, wi, pdf.as_flattened_mut()));
+                in_batches(&wi, &pdf, count, |wi, pdf| pdfs(level, light, &frame, wi, pdf.as_flattened_mut()));
                 return Ok(());
             }
             let shaded = Shaded::new(light, self::product(product, &environment, 3)?);
-            in_batches(&wi, &pdf, count, |wi, pdf| pdfs(&shaded, &frame, wi, pdf.as_flattened_mut()));
+            in_batches(&wi, &pdf, count, |wi, pdf| pdfs(level, &shaded, &frame, wi, pdf.as_flattened_mut()));
             Ok(())
         })
     }

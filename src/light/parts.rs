@@ -109,7 +109,7 @@ impl Area<'_> {
     /// The numbers of positions, as far as rounding leaves them in the cell; 2 beyond.
     #[inline(never)]
     pub(super) fn find(&self, position: [Four; 2]) -> [Four; 2] {
-        let located = self.light.locate::<Four>(self.direction(position), true);
+        let located = self.light.locate::<Four>(self.direction(position));
         let mut numbers = located.numbers().map(Num::store);
         for (lane, &cell) in located.patch.cell.iter().enumerate() {
             for of in &mut numbers {

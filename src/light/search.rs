@@ -103,6 +103,17 @@ pub fn stored_cell(table: &[f32], index: usize) -> [f32; 2] {
 #[inline(always)]
 pub fn find16(tables: &Table<'_, u16>, first: usize, count: usize, units: u32, to_ends: bool) -> Found<u32> {
     let window = tables.window(first);
+    if to_ends { found_to_ends(window, count, units) } else { found16(window, count, units, false) }
+}
+
+/// Few blocks are such.
+#[inline(never)]
+fn found_to_ends(window: &[u16; WINDOW], count: usize, units: u32) -> Found<u32> {
+    found16(window, count, units, true)
+}
+
+#[inline(always)]
+fn found16(window: &[u16; WINDOW], count: usize, units: u32, to_ends: bool) -> Found<u32> {
     let index = rank16(window, word16(units, to_ends) as u16, count.wrapping_sub(1));
     (index, range16(window, count, index, to_ends))
 }
@@ -110,7 +121,14 @@ pub fn find16(tables: &Table<'_, u16>, first: usize, count: usize, units: u32, t
 /// Start and end of a cell of the 16-bit table of `count` cells that begins at `first`, in units.
 #[inline(always)]
 pub fn cell16(tables: &Table<'_, u16>, first: usize, count: usize, index: usize, to_ends: bool) -> [u32; 2] {
-    range16(tables.window(first), count, index, to_ends)
+    let window = tables.window(first);
+    if to_ends { range_to_ends(window, count, index) } else { range16(window, count, index, false) }
+}
+
+/// Few blocks are such.
+#[inline(never)]
+fn range_to_ends(window: &[u16; WINDOW], count: usize, index: usize) -> [u32; 2] {
+    range16(window, count, index, true)
 }
 
 #[inline(always)]

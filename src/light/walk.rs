@@ -4,12 +4,12 @@
 //! lanes overlap. Lanes are loaded once, at its end, since a vector load has to wait for all smaller stores into it.
 
 use super::chart::Place;
-use super::search::{Found, UNITS, cell, cell16, find, find16, inside};
+use super::search::{UNITS, cell, cell16, find, find16, inside};
 use super::tables::{Block, Cell, Light, decoded};
 use super::warp::PatchDensity;
 use crate::blob::Table;
 use crate::numeric::ONE_MINUS_EPSILON;
-use crate::simd::{GROUP, Num, prefetch};
+use crate::simd::{Apart, GROUP, Num, prefetch, truncate};
 
 /// A direction in map space.
 pub type Direction<F> = [F; 3];
@@ -81,12 +81,13 @@ impl<F: Num> Patches<F> {
 
 impl<F: Num> Located<F> {
     /// The numbers of the direction in its cell: along columns and along rows, each in [0, 1 - 2^-24].
-    #[inline(never)]
+    #[inline(always)]
     pub fn numbers(&self) -> [F; 2] {
         let Located { patch, position, .. } = self;
         let u = patch.shape.invert(*position);
         let (first, last) = (F::splat(0.0), F::splat(ONE_MINUS_EPSILON));
-        [0, 1].map(|k: usize| (patch.start[k] + u[k] * patch.width[k]).max(first).min(last))
+        let number = |k: usize| (patch.start[k] + u[k] * patch.width[k]).max(first).min(last);
+        [number(0), number(1)]
     }
 }
 
@@ -97,9 +98,9 @@ impl Located<f32> {
         [start[0] + 0.5 * width[0], start[1] + 0.5 * width[1]]
     }
 
-    /// Whether a place was drawn in the patch.
-    pub(crate) fn is_in_patch_of(&self, drawn: &Drawn<f32>) -> bool {
-        let (a, b) = (&self.patch, &drawn.patch);
+    /// Whether another direction is in the same patch.
+    pub(crate) fn is_in_patch_of(&self, other: &Located<f32>) -> bool {
+        let (a, b) = (&self.patch, &other.patch);
         a.cell == b.cell && a.first == b.first
     }
 }
@@ -121,6 +122,16 @@ pub(crate) fn set<F: Num>(f: &mut F, lane: usize, x: f32) {
     *f = F::load(lanes);
 }
 
+/// The numbers of one lane.
+#[inline(always)]
+pub(crate) fn lane_of<F: Num, const N: usize>(of: [F; N], lane: usize) -> [f32; N] {
+    let mut out = [0.5; N];
+    for (out, of) in out.iter_mut().zip(of) {
+        *out = of.store().as_ref().get(lane).copied().unwrap_or(0.5);
+    }
+    out
+}
+
 /// Numbers moved into [0, 1 - 2^-24]; NaN counts as 1/2.
 #[inline(always)]
 pub fn clamp_u<F: Num>(u: F) -> F {
@@ -128,9 +139,6 @@ pub fn clamp_u<F: Num>(u: F) -> F {
     let number = F::or(u.le(F::splat(0.5)), F::splat(0.5).le(u));
     F::select(number, u.max(F::splat(0.0)).min(F::splat(ONE_MINUS_EPSILON)), F::splat(0.5))
 }
-
-/// Lanes that walk together in a batch; found by timing batches of 64 from cold caches.
-pub(super) const TOGETHER: usize = 32;
 
 /// A number for each lane of a walk.
 pub(super) type Floats<const N: usize> = [f32; N];
@@ -143,47 +151,24 @@ pub(super) struct Walk<'a, const N: usize> {
     face: Ints<N>,
     cells: [&'a Cell; N],
     blocks: [&'a Block; N],
+    /// Shares of the light that cells have, and of those that blocks have.
+    shares: [Floats<N>; 2],
+    /// Starts and ends of blocks in their cells.
+    outer: [[Floats<N>; 2]; 2],
     /// Starts and ends of the part in the block, in units.
     inner: [[Ints<N>; 2]; 2],
-    /// The first patch of the part on the face; before the last stage, which block of the cell.
+    /// The first patch of the part on the face; on the way down, which block of the cell.
     from: [Ints<N>; 2],
-    /// One patch behind the part; before the last stage, which part of the block.
+    /// One patch behind the part, if that may be more than one patch.
     behind: [Ints<N>; 2],
     /// Pairs of corner words: of the upper and of the lower row.
     corner: [Ints<N>; 2],
-}
-
-/// What a walk also notes of cells, if it is asked to: products need it.
-pub(super) struct OfCells<const N: usize> {
-    /// Starts and ends of blocks in their cells.
-    outer: [[Floats<N>; 2]; 2],
 }
 
 // What lanes begin with is never read. Not zeros: the compiler leaves those to a function of the C library, whose code is in
 // far memory.
 pub(super) const WHOLE: u32 = 1;
 pub(super) const NUMBER: f32 = 0.5;
-
-impl<const N: usize> OfCells<N> {
-    #[inline(always)]
-    pub(super) fn new() -> Self {
-        OfCells { outer: [[[NUMBER; N]; 2]; 2] }
-    }
-
-    #[inline(always)]
-    fn put(&mut self, axis: usize, lane: usize, [start, end]: [f32; 2]) {
-        self.outer[axis][0][lane] = start;
-        self.outer[axis][1][lane] = end;
-    }
-
-    /// Start and width of blocks in their cells.
-    #[inline(always)]
-    fn range<F: Num>(&self, axis: usize, first: usize) -> (F, F) {
-        let [start, end] = &self.outer[axis];
-        let start = floats::<F, N>(start, first);
-        (start, floats::<F, N>(end, first) - start)
-    }
-}
 
 impl<'a, const N: usize> Walk<'a, N> {
     #[inline(always)]
@@ -193,6 +178,8 @@ impl<'a, const N: usize> Walk<'a, N> {
             face: [WHOLE; N],
             cells: [NO_CELL; N],
             blocks: [NO_BLOCK; N],
+            shares: [[NUMBER; N]; 2],
+            outer: [[[NUMBER; N]; 2]; 2],
             inner: [[[WHOLE; N]; 2]; 2],
             from: [[WHOLE; N]; 2],
             behind: [[WHOLE; N]; 2],
@@ -200,36 +187,13 @@ impl<'a, const N: usize> Walk<'a, N> {
         }
     }
 
-    /// Begins in the cells that `u` (column, row) of each lane falls into, with the numbers in those cells.
-    #[inline(always)]
-    pub(super) fn begin(&mut self, light: &Light<'a>, u: &[[f32; 2]], numbers: &mut [Floats<N>; 2], count: usize) {
-        let [across, down] = numbers;
-        // By number: so the compiler sees that every lane is one.
-        #[allow(clippy::needless_range_loop)]
-        for lane in 0..count.min(N) {
-            let u = u.get(lane).copied().unwrap_or([NUMBER; 2]);
-            let (cell, [w, v]) = light.cell_at(&light.tops, u.map(clamp_u));
-            prefetch(light.cells, cell);
-            self.cell[lane] = cell as u32;
-            across[lane] = w;
-            down[lane] = v;
-        }
-    }
-
     /// Walks down to the patches that the numbers of each lane in its cell lead to, which become the numbers in blocks, in units.
     // A function of its own: it is the same at all levels, and code that is read from far memory costs as much as tables.
     #[inline(never)]
-    pub(super) fn down(
-        &mut self,
-        light: &Light<'a>,
-        numbers: &mut [Floats<N>; 2],
-        mut of_cells: Option<&mut OfCells<N>>,
-        count: usize,
-    ) {
+    pub(super) fn down(&mut self, light: &Light<'a>, numbers: &mut [Floats<N>; 2], count: usize) {
         self.ask_for_starts(light, count);
-        self.find_block_rows(light, numbers, of_cells.as_deref_mut(), count);
-        self.find_blocks(light, numbers, of_cells, count);
-        self.find_rows(light, numbers, count);
+        self.find_block_rows(light, numbers, count);
+        self.find_blocks(light, numbers, count);
         self.find_patches(light, numbers, count);
     }
 
@@ -248,13 +212,7 @@ impl<'a, const N: usize> Walk<'a, N> {
     // By number, here and below: so the compiler sees that every lane is one.
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    fn find_block_rows(
-        &mut self,
-        light: &Light<'a>,
-        numbers: &mut [Floats<N>; 2],
-        mut of_cells: Option<&mut OfCells<N>>,
-        count: usize,
-    ) {
+    fn find_block_rows(&mut self, light: &Light<'a>, numbers: &mut [Floats<N>; 2], count: usize) {
         for lane in 0..count.min(N) {
             let c = self.cells[lane];
             let v = numbers[1][lane];
@@ -265,21 +223,13 @@ impl<'a, const N: usize> Walk<'a, N> {
             prefetch(light.blocks, c.first as usize + row * usize::from(c.blocks[0]));
             self.from[1][lane] = row as u32;
             numbers[1][lane] = UNITS * rest(v, range);
-            if let Some(of_cells) = &mut of_cells {
-                of_cells.put(1, lane, range);
-            }
+            self.put_outer(1, lane, range);
         }
     }
 
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    fn find_blocks(
-        &mut self,
-        light: &Light<'a>,
-        numbers: &mut [Floats<N>; 2],
-        mut of_cells: Option<&mut OfCells<N>>,
-        count: usize,
-    ) {
+    fn find_blocks(&mut self, light: &Light<'a>, numbers: &mut [Floats<N>; 2], count: usize) {
         for lane in 0..count.min(N) {
             let c = self.cells[lane];
             let (w, row) = (numbers[0][lane], self.from[1][lane] as usize);
@@ -288,39 +238,39 @@ impl<'a, const N: usize> Walk<'a, N> {
             self.blocks[lane] = light.block(block as u32);
             self.from[0][lane] = column as u32;
             numbers[0][lane] = UNITS * rest(w, range);
-            if let Some(of_cells) = &mut of_cells {
-                of_cells.put(0, lane, range);
-            }
-        }
-    }
-
-    #[inline(always)]
-    #[allow(clippy::needless_range_loop)]
-    fn find_rows(&mut self, light: &Light<'a>, numbers: &[Floats<N>; 2], count: usize) {
-        // One lane alone reads them at once.
-        if N > 1 {
-            self.blocks.iter().take(count).for_each(|block| light.words.prefetch(block.rows as usize));
-        }
-        for lane in 0..count.min(N) {
-            let block = self.blocks[lane];
-            let key = numbers[1][lane] as i32 as u32;
-            let found = find16(&light.words, block.rows as usize, block.grid[1].into(), key, block.words_at_ends());
-            light.prefetch_lines(block, found.0);
-            self.put_inner(1, lane, found);
+            self.put_outer(0, lane, range);
         }
     }
 
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
     fn find_patches(&mut self, light: &Light<'a>, numbers: &[Floats<N>; 2], count: usize) {
+        // One lane alone reads them at once.
+        if N > 1 {
+            self.blocks.iter().take(count).for_each(|block| light.words.prefetch(block.rows as usize));
+        }
         for lane in 0..count.min(N) {
-            let block = self.blocks[lane];
-            let line = block.line(self.behind[1][lane] as usize, light.bilinear);
-            let key = numbers[0][lane] as i32 as u32;
+            let (c, block) = (self.cells[lane], self.blocks[lane]);
+            let [columns, rows] = block.grid.map(usize::from);
+            let key = |k: usize| truncate(numbers[k][lane]);
+            let (y, range) = find16(&light.words, block.rows as usize, rows, key(1), block.words_at_ends());
+            self.put_inner(1, lane, range);
+            let line = block.line(y, light.bilinear);
             let starts = line + block.corners(light.bilinear);
-            let found = find16(&light.words, starts, block.grid[0].into(), key, block.words_at_ends());
-            self.put_inner(0, lane, found);
-            self.put_patch(light, lane, block, line);
+            let (x, range) = find16(&light.words, starts, columns, key(0), block.words_at_ends());
+            self.put_inner(0, lane, range);
+            self.put_corners(light, lane, block, line + x);
+            self.face[lane] = c.face.into();
+            (self.shares[0][lane], self.shares[1][lane]) = (c.probability, block.share);
+            let part = [x as u32, y as u32];
+            for k in 0..2 {
+                let block_at = self.from[k][lane];
+                self.from[k][lane] = u32::from(c.origin[k]) + (block_at << (light.side[k] & 31)) + part[k];
+                if !light.exact {
+                    let (from, behind) = c.extent(k, block_at, part[k], block.step(k));
+                    (self.from[k][lane], self.behind[k][lane]) = (from, behind);
+                }
+            }
         }
     }
 
@@ -328,102 +278,87 @@ impl<'a, const N: usize> Walk<'a, N> {
     #[inline(always)]
     pub(super) fn put_places<F: Num>(&mut self, first: usize, face: F::Ints, [column, row]: [F::Ints; 2]) {
         put(&mut self.face, first, face.as_ref());
-        put(&mut self.behind[0], first, column.as_ref());
-        put(&mut self.behind[1], first, row.as_ref());
+        put(&mut self.from[0], first, column.as_ref());
+        put(&mut self.from[1], first, row.as_ref());
     }
 
-    /// Finds the patches at columns and rows of faces, which stand in `behind`.
+    /// Finds the patches at columns and rows of faces, which stand in `from`.
     #[inline(never)]
-    pub(super) fn at(&mut self, light: &Light<'a>, mut of_cells: Option<&mut OfCells<N>>, count: usize) {
+    pub(super) fn at(&mut self, light: &Light<'a>, count: usize) {
         let count = count.min(N);
         let face_rows = light.grid[1] / light.chart.faces();
         for lane in 0..count {
-            let patch = [self.behind[0][lane], self.behind[1][lane]];
-            self.cell[lane] = light.find_cell(self.face[lane], face_rows, patch);
+            self.cell[lane] = light.find_cell(self.face[lane], face_rows, [self.from[0][lane], self.from[1][lane]]);
         }
         for lane in 0..count {
-            let cell = light.cell(self.cell[lane]);
-            let found = light.find_block(cell, [self.behind[0][lane], self.behind[1][lane]]);
-            self.cells[lane] = cell;
-            for k in 0..2 {
-                self.from[k][lane] = found.at[k];
-                // Patches, for now.
-                self.behind[k][lane] = found.patch[k];
-            }
-            // Its number, for now.
-            self.inner[0][0][lane] = found.number;
-        }
-        for lane in 0..count {
-            let block = light.block(self.inner[0][0][lane]);
-            self.blocks[lane] = block;
-            let row = self.behind[1][lane] >> block.step(1);
-            if N > 1 {
-                light.words.prefetch(block.rows as usize);
-                light.prefetch_lines(block, row as usize);
-            }
-            self.behind[0][lane] >>= block.step(0);
-            self.behind[1][lane] = row;
+            let c = light.cell(self.cell[lane]);
+            let (block, [i, j], patch) = light.find_block(c, [self.from[0][lane], self.from[1][lane]]);
+            self.cells[lane] = c;
+            self.shares[0][lane] = c.probability;
+            self.blocks[lane] = light.block(block);
+            self.put_outer(1, lane, cell(&light.starts, c.starts as usize, j as usize));
+            self.put_outer(0, lane, cell(&light.starts, c.row(j as usize), i as usize));
+            // In the block, for now.
+            (self.behind[0][lane], self.behind[1][lane]) = (patch[0], patch[1]);
         }
         for lane in 0..count {
             let block = self.blocks[lane];
-            let (x, y) = (self.behind[0][lane] as usize, self.behind[1][lane] as usize);
+            let [x, y] = [0, 1].map(|k: usize| (self.behind[k][lane] >> block.step(k)) as usize);
             let [columns, rows] = block.grid.map(usize::from);
             let line = block.line(y, light.bilinear);
             let starts = line + block.corners(light.bilinear);
-            if let Some(of_cells) = &mut of_cells {
+            self.put_inner(1, lane, cell16(&light.words, block.rows as usize, rows, y, block.words_at_ends()));
+            self.put_inner(0, lane, cell16(&light.words, starts, columns, x, block.words_at_ends()));
+            self.put_corners(light, lane, block, line + x);
+            self.shares[1][lane] = block.share;
+            if !light.exact {
                 let c = self.cells[lane];
-                let (i, j) = (self.from[0][lane] as usize, self.from[1][lane] as usize);
-                of_cells.put(1, lane, cell(&light.starts, c.starts as usize, j));
-                of_cells.put(0, lane, cell(&light.starts, c.row(j), i));
+                for (k, part) in [x, y].into_iter().enumerate() {
+                    let block_at = self.from[k][lane].wrapping_sub(c.origin[k].into()) >> (c.side[k] & 31);
+                    let (from, behind) = c.extent(k, block_at, part as u32, block.step(k));
+                    (self.from[k][lane], self.behind[k][lane]) = (from, behind);
+                }
             }
-            self.put_inner(1, lane, (y, cell16(&light.words, block.rows as usize, rows, y, block.words_at_ends())));
-            self.put_inner(0, lane, (x, cell16(&light.words, starts, columns, x, block.words_at_ends())));
-            self.put_patch(light, lane, block, line);
         }
     }
 
     #[inline(always)]
-    fn put_inner(&mut self, axis: usize, lane: usize, (index, [start, end]): Found<u32>) {
-        self.behind[axis][lane] = index as u32;
+    fn put_outer(&mut self, axis: usize, lane: usize, [start, end]: [f32; 2]) {
+        self.outer[axis][0][lane] = start;
+        self.outer[axis][1][lane] = end;
+    }
+
+    #[inline(always)]
+    fn put_inner(&mut self, axis: usize, lane: usize, [start, end]: [u32; 2]) {
         self.inner[axis][0][lane] = start;
         self.inner[axis][1][lane] = end;
     }
 
-    /// The last stage: the part of a block that was found becomes a patch on the face.
+    /// The corners of the patch whose upper ones begin at a word.
     #[inline(always)]
-    fn put_patch(&mut self, light: &Light<'_>, lane: usize, block: &Block, line: usize) {
-        let c = self.cells[lane];
-        self.face[lane] = c.face.into();
+    fn put_corners(&mut self, light: &Light<'_>, lane: usize, block: &Block, first: usize) {
         if light.bilinear {
-            let first = line + self.behind[0][lane] as usize;
             self.corner[0][lane] = light.pair(first);
             self.corner[1][lane] = light.pair(first + 2 * usize::from(block.grid[0]));
         }
-        for k in 0..2 {
-            let at = [self.from[k][lane], self.behind[k][lane]];
-            let (from, behind) = if light.exact {
-                let from = u32::from(c.origin[k]) + (at[0] << (light.side[k] & 31)) + at[1];
-                (from, from + 1)
-            } else {
-                c.extent(k, at[0], at[1], block.step(k))
-            };
-            self.from[k][lane] = from;
-            self.behind[k][lane] = behind;
-        }
     }
 
-    /// The patches of the lanes from `first` on. `of_cells`: what was noted, else it is left out of the patches.
+    /// The patches of the lanes from `first` on.
     #[inline(always)]
-    pub(super) fn patches<F: Num>(&self, light: &Light<'_>, of_cells: Option<&OfCells<N>>, first: usize) -> Patches<F> {
-        let none = F::splat(0.0);
-        let outer = match of_cells {
-            None => [(none, none); 2],
-            Some(of) => [of.range::<F>(0, first), of.range::<F>(1, first)],
+    pub(super) fn patches<F: Num>(&self, light: &Light<'_>, first: usize) -> Patches<F> {
+        let outer_range = |axis: usize| {
+            let start = floats::<F, N>(&self.outer[axis][0], first);
+            (start, floats::<F, N>(&self.outer[axis][1], first) - start)
         };
+        let outer = [outer_range(0), outer_range(1)];
         let inner = [self.inner_range::<F>(0, first), self.inner_range::<F>(1, first)];
         let whole = |of: &Ints<N>| F::of_ints(ints::<F, N>(of, first));
-        let [from, behind] =
-            [[whole(&self.from[0]), whole(&self.from[1])], [whole(&self.behind[0]), whole(&self.behind[1])]];
+        let from = [whole(&self.from[0]), whole(&self.from[1])];
+        // A texel each.
+        let mut behind = [from[0] + 1.0, from[1] + 1.0];
+        if !light.exact {
+            behind = [whole(&self.behind[0]), whole(&self.behind[1])];
+        }
         let [columns, rows] = light.chart.axes;
         let low = [columns.edge(from[0]), rows.edge(from[1])];
         let unit = F::splat(1.0 / UNITS);
@@ -440,24 +375,17 @@ impl<'a, const N: usize> Walk<'a, N> {
         let size = [columns.edge(behind[0]) - low[0], rows.edge(behind[1]) - low[1]];
         Patches {
             cell: ints::<F, N>(&self.cell, first),
-            light: self.each(first, |cell, _| cell.probability),
+            light: floats::<F, N>(&self.shares[0], first),
             face: whole(&self.face),
             first: from,
             behind,
             low,
             size,
             shape: PatchDensity::new(corner, light.chart.profiles(low, size)),
-            probability: self.each::<F>(first, |_, block| block.share) * row_width * column_width,
+            probability: floats::<F, N>(&self.shares[1], first) * row_width * column_width,
             start: [outer[0].0 + outer[0].1 * (inner[0].0 * unit), outer[1].0 + outer[1].1 * (inner[1].0 * unit)],
             width: [outer[0].1 * column_width, outer[1].1 * row_width],
         }
-    }
-
-    /// Numbers of the cells and blocks of the lanes from `first` on.
-    #[inline(always)]
-    fn each<F: Num>(&self, first: usize, of: impl Fn(&Cell, &Block) -> f32) -> F {
-        let lanes = (self.cells.get(first..).unwrap_or(&[]), self.blocks.get(first..).unwrap_or(&[]));
-        F::each(|lane| of(lanes.0.get(lane).unwrap_or(&NO_CELL), lanes.1.get(lane).unwrap_or(&NO_BLOCK)))
     }
 
     /// Start and width of parts in their blocks, in units.
@@ -477,22 +405,17 @@ impl<'a, const N: usize> Walk<'a, N> {
 
     /// The places that the walk down led the lanes from `first` on to.
     #[inline(always)]
-    pub(super) fn drawn<F: Num>(
-        &self,
-        light: &Light<'_>,
-        numbers: &[Floats<N>; 2],
-        of_cells: Option<&OfCells<N>>,
-        first: usize,
-    ) -> Drawn<F> {
-        let patch = self.patches::<F>(light, of_cells, first);
+    pub(super) fn drawn<F: Num>(&self, light: &Light<'_>, numbers: &[Floats<N>; 2], first: usize) -> Drawn<F> {
+        let patch = self.patches::<F>(light, first);
         let inside = [self.in_part::<F>(numbers, 0, first), self.in_part::<F>(numbers, 1, first)];
         let mut position = patch.shape.sample(inside);
         if !light.bilinear {
             // Away from the borders, where a client's rounding might find the neighbour.
-            position = [0, 1].map(|k: usize| {
+            let moved = |k: usize| {
                 let least = F::splat(1.25 * light.chart.margin(k)) / patch.size[k];
                 position[k].max(least).min(F::splat(1.0) - least)
-            });
+            };
+            position = [moved(0), moved(1)];
         }
         Drawn { patch, position }
     }
@@ -518,16 +441,6 @@ pub(super) fn ints<F: Num, const N: usize>(of: &Ints<N>, first: usize) -> F::Int
 #[inline(always)]
 pub(super) fn byte(bytes: &[u8], index: usize) -> u8 {
     bytes.get(index).copied().unwrap_or(0)
-}
-
-/// A block that was found in a cell.
-pub(super) struct FoundBlock {
-    /// Its number.
-    pub number: u32,
-    /// Its column and row in the cell.
-    pub at: [u32; 2],
-    /// The column and row of the patch in the block.
-    pub patch: [u32; 2],
 }
 
 /// How far rounding may carry a direction, of a client or of its own, in radians.
@@ -570,93 +483,52 @@ impl<'a> Light<'a> {
     /// The places for numbers (column, row) in [0, 1 - 2^-24]^2 of cells.
     #[inline(always)]
     pub fn sample_in<F: Num>(&self, cells: F::Ints, numbers: [F; 2]) -> Drawn<F> {
-        let numbers = numbers.map(F::store);
+        let numbers = [numbers[0].store(), numbers[1].store()];
         match F::WIDTH {
-            1 => self.draw_one(cells, numbers),
+            1 => self.draw::<F, 1>(cells, numbers),
             4 => self.draw::<F, 4>(cells, numbers),
             _ => self.draw::<F, GROUP>(cells, numbers),
         }
-    }
-
-    /// One by one a result is short, and many need it.
-    #[inline(never)]
-    fn draw_one<F: Num>(&self, cells: F::Ints, numbers: [F::Floats; 2]) -> Drawn<F> {
-        self.draw::<F, 1>(cells, numbers)
     }
 
     #[inline(always)]
     fn draw<F: Num, const N: usize>(&self, cells: F::Ints, of_lanes: [F::Floats; 2]) -> Drawn<F> {
         let mut walk = Walk::<N>::new();
         put(&mut walk.cell, 0, cells.as_ref());
-        let (mut numbers, mut of_cells) = ([[NUMBER; N]; 2], OfCells::<N>::new());
+        let mut numbers = [[NUMBER; N]; 2];
         for (out, numbers) in numbers.iter_mut().zip(&of_lanes) {
             put(out, 0, numbers.as_ref());
         }
-        walk.down(self, &mut numbers, Some(&mut of_cells), F::WIDTH);
-        walk.drawn::<F>(self, &numbers, Some(&of_cells), 0)
+        walk.down(self, &mut numbers, F::WIDTH);
+        walk.drawn::<F>(self, &numbers, 0)
     }
 
-    /// Where directions of unit length are, their densities within their cells, and, if `numbers`, what
-    /// [`Located::numbers`] needs.
+    /// Where directions of unit length are, and their densities within their cells.
     #[inline(always)]
-    pub fn locate<F: Num>(&self, direction: Direction<F>, numbers: bool) -> Located<F> {
-        self.locate_apart(direction, numbers, true)
-    }
-
-    #[inline(never)]
-    fn locate_apart<F: Num>(&self, direction: Direction<F>, numbers: bool, settles: bool) -> Located<F> {
-        self.locate_here(direction, numbers, settles)
-    }
-
-    /// As [`Light::locate`], inside a larger function. `settles`: whether a place without light moves over a border to one with light.
-    #[inline(always)]
-    pub(super) fn locate_here<F: Num>(&self, direction: Direction<F>, numbers: bool, settles: bool) -> Located<F> {
-        let (located, place) = match F::WIDTH {
-            1 => self.find::<F, 1>(direction, numbers),
-            4 => self.find::<F, 4>(direction, numbers),
-            _ => self.find::<F, GROUP>(direction, numbers),
-        };
-        let dark = self.dark_at_border(&located, &place);
-        if !settles || F::bits(dark) == 0 { located } else { self.beside(direction, numbers, dark) }
+    pub fn locate<F: Num>(&self, direction: Direction<F>) -> Located<F> {
+        F::apart(Locate { light: self, direction, settles: true })
     }
 
     #[inline(always)]
-    fn find<F: Num, const N: usize>(&self, direction: Direction<F>, numbers: bool) -> (Located<F>, Place<F>) {
+    fn find<F: Num, const N: usize>(&self, direction: Direction<F>) -> (Located<F>, Place<F>) {
         let place = self.chart.place(direction);
         let [columns, rows] = self.chart.axes;
         let mut walk = Walk::<N>::new();
         let [column, row] = [columns.patch(place.position[0]), rows.patch(place.position[1])];
         walk.put_places::<F>(0, place.face.truncate(), [column, row]);
-        let mut of_cells = OfCells::<N>::new();
-        walk.at(self, if numbers { Some(&mut of_cells) } else { None }, F::WIDTH);
-        let of_cells = if numbers { Some(&of_cells) } else { None };
-        (within(&walk.patches::<F>(self, of_cells, 0), &place), place)
-    }
-
-    /// Moves the directions of dark lanes over the border, where light is beside.
-    #[cold]
-    #[inline(never)]
-    fn beside<F: Num>(&self, mut direction: Direction<F>, numbers: bool, dark: F::Mask) -> Located<F> {
-        let mut lanes = F::bits(dark);
-        while lanes != 0 {
-            let lane = lanes.trailing_zeros() as usize;
-            lanes &= lanes - 1;
-            let of_lane = direction.map(|axis| axis.store().as_ref().get(lane).copied().unwrap_or(0.0));
-            for (axis, x) in direction.iter_mut().zip(self.lit_beside(of_lane)) {
-                set(axis, lane, x);
-            }
-        }
-        self.locate_apart(direction, numbers, false)
+        walk.at(self, F::WIDTH);
+        (within(&walk.patches::<F>(self, 0), &place), place)
     }
 
     /// The lanes without light from which rounding may lead a client over a border of their patches.
     #[inline(always)]
     pub(super) fn dark_at_border<F: Num>(&self, located: &Located<F>, place: &Place<F>) -> F::Mask {
         let (zero, one) = (F::splat(0.0), F::splat(1.0));
-        let [across, down] = [0, 1].map(|k: usize| {
+        let from_border = |k: usize| {
             let position = located.position[k];
             position.min(one - position) * located.patch.size[k]
-        });
+        };
+        let (across, down) = (from_border(0), from_border(1));
         // Texels are at least as narrow as this is, for their solid angle.
         let [columns, rows] = self.chart.axes;
         let widest = 2.0 * core::f32::consts::PI / columns.length.min(rows.length);
@@ -665,6 +537,8 @@ impl<'a> Light<'a> {
     }
 
     /// The brightest of the directions that rounding makes of one, if any is lit. About a pole it moves azimuths, too.
+    #[cold]
+    #[inline(never)]
     fn lit_beside(&self, direction: Direction<f32>) -> Direction<f32> {
         /// A pole has any azimuth: that of directions so close to it.
         const POLE: f32 = 1e-30;
@@ -675,7 +549,7 @@ impl<'a> Light<'a> {
         let turned = [[x + turn, y, z], [x - turn, y, z], [x, y + turn, z], [x, y - turn, z]];
         let (mut brightest, mut found) = (0.0, direction);
         for moved in (0..8).map(corner).chain(turned) {
-            let located = self.locate_apart::<f32>(moved, false, false);
+            let located = f32::apart(Locate { light: self, direction: moved, settles: false });
             let density = self.alone(&located);
             if density > brightest {
                 (brightest, found) = (density, moved);
@@ -727,11 +601,11 @@ impl<'a> Light<'a> {
             let mut walk = Walk::<GROUP>::new();
             let lanes = first..columns.min(first + GROUP as u32);
             walk.face = [face; GROUP];
-            walk.behind[1] = [row; GROUP];
-            walk.behind[0].iter_mut().zip(lanes.clone()).for_each(|(out, column)| *out = column);
-            walk.at(self, None, lanes.len());
+            walk.from[1] = [row; GROUP];
+            walk.from[0].iter_mut().zip(lanes.clone()).for_each(|(out, column)| *out = column);
+            walk.at(self, lanes.len());
             for (lane, column) in lanes.enumerate() {
-                let patch = walk.patches::<f32>(self, None, lane);
+                let patch = walk.patches::<f32>(self, lane);
                 if patch.first == [column as f32, row as f32] {
                     each(&patch);
                 }
@@ -749,9 +623,9 @@ impl<'a> Light<'a> {
         index
     }
 
-    /// The block of a cell that holds a patch.
+    /// The block of a cell that holds a patch: its number, its column and row in the cell, and those of the patch in it.
     #[inline(always)]
-    pub(super) fn find_block(&self, cell: &Cell, patch: [u32; 2]) -> FoundBlock {
+    pub(super) fn find_block(&self, cell: &Cell, patch: [u32; 2]) -> (u32, [u32; 2], [u32; 2]) {
         let (mut at, mut inside) = ([0; 2], [0; 2]);
         for k in 0..2 {
             let from_cell = patch[k].wrapping_sub(cell.origin[k].into());
@@ -760,7 +634,7 @@ impl<'a> Light<'a> {
         }
         let number = cell.first + at[1] * u32::from(cell.blocks[0]) + at[0];
         prefetch(self.blocks, number as usize);
-        FoundBlock { number, at, patch: inside }
+        (number, at, inside)
     }
 
     #[inline(always)]
@@ -780,20 +654,45 @@ impl<'a> Light<'a> {
         u32::from(low) | u32::from(high) << 16
     }
 
-    /// Asks for the line of a row of patches, and for the corners below.
-    #[inline(always)]
-    pub(super) fn prefetch_lines(&self, block: &Block, row: usize) {
-        let line = block.line(row, self.bilinear);
-        self.words.prefetch(line);
-        if self.bilinear {
-            self.words.prefetch(line + 2 * usize::from(block.grid[0]));
-        }
-    }
-
     /// Where the table of the columns of a row of cells begins.
     #[inline(always)]
     fn top_row(&self, row: usize) -> usize {
         self.grid[1] as usize + 1 + row * (self.grid[0] as usize + 1)
+    }
+}
+
+/// [`Light::locate`]. `settles`: whether a place without light moves over a border to one with light.
+struct Locate<'a, F> {
+    light: &'a Light<'a>,
+    direction: Direction<F>,
+    settles: bool,
+}
+
+impl<F: Num> Apart<F> for Locate<'_, F> {
+    type Output = Located<F>;
+
+    #[inline(always)]
+    fn run(mut self) -> Located<F> {
+        let Locate { light, direction, settles } = self;
+        let (located, place) = match F::WIDTH {
+            1 => light.find::<F, 1>(direction),
+            4 => light.find::<F, 4>(direction),
+            _ => light.find::<F, GROUP>(direction),
+        };
+        let mut lanes = F::bits(light.dark_at_border(&located, &place));
+        if !settles || lanes == 0 {
+            return located;
+        }
+        // Dark lanes move over the border, where light is beside.
+        while lanes != 0 {
+            let lane = lanes.trailing_zeros() as usize;
+            lanes &= lanes - 1;
+            let [x, y, z] = light.lit_beside(lane_of(self.direction, lane));
+            set(&mut self.direction[0], lane, x);
+            set(&mut self.direction[1], lane, y);
+            set(&mut self.direction[2], lane, z);
+        }
+        F::apart(Locate { settles: false, ..self })
     }
 }
 

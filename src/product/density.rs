@@ -5,8 +5,8 @@
 
 use super::peak::Peak;
 use super::stored::{Product, QUADS, QUADS_OF_DIVIDED, QUADS_OF_PARTS, Quad, STORED_ONE, WORDS, mean, tops};
-use crate::light::batch::{Density, each_register};
-use crate::light::density::{Inverted, clamp_u, inward, of_lane, settle_lanes};
+use crate::light::batch::{Density, write_lanes};
+use crate::light::density::{Inverted, clamp_u, inward, lane_of, settle_lanes};
 use crate::light::guide::ROUNDING;
 use crate::light::parts::PARTS;
 use crate::light::search::inside;
@@ -14,7 +14,7 @@ use crate::light::tables::{Light, Located, decoded};
 use crate::light::warp::{PatchDensity, Profiles};
 use crate::numeric::{ONE_MINUS_EPSILON, min};
 use crate::sample::Sample;
-use crate::simd::{GROUP, Num, Whole};
+use crate::simd::{Apart, GROUP, Num, Whole};
 use crate::sphere::Frame;
 
 /// A product with the light that it was prepared for.
@@ -44,7 +44,7 @@ type Divided<F> = (<F as Num>::Mask, <F as Num>::Whole);
 impl<F: Num> Leaf<F> {
     #[inline(always)]
     fn shape(&self) -> PatchDensity<F> {
-        let [[a, b], [c, d]] = self.words.map(|words| decoded::<F>(F::ints_of(words)));
+        let ([a, b], [c, d]) = (decoded::<F>(F::ints_of(self.words[0])), decoded::<F>(F::ints_of(self.words[1])));
         PatchDensity::new([a, b, c, d], Profiles { down: None, across: None })
     }
 
@@ -70,6 +70,23 @@ fn find<F: Num>([a, b, c, d]: [F; 4], before: F, number: F) -> (F, [F; 2]) {
     let start = F::select(behind_c, c, F::select(behind_b, b, F::select(behind_a, a, before)));
     let end = F::select(behind_c, d, F::select(behind_b, c, F::select(behind_a, b, a)));
     (index, [start, end])
+}
+
+/// Which of the running sums at a place a share of the last falls before; and, in the lanes of a mask, what is left of it.
+#[inline(always)]
+fn pick<F: Num>(all: &[Quad], place: F::Whole, u: F, mask: F::Mask) -> (F, F) {
+    let sums = F::rows(all, place);
+    let number = u * sums[3];
+    let (index, range) = find(sums, F::splat(0.0), number);
+    (index, F::select(mask, rest(number, range), u))
+}
+
+/// Where a part begins and ends, for the borders between four.
+#[inline(always)]
+fn part_range<F: Num>([a, b, c]: [F; 3], index: F) -> [F; 2] {
+    let (behind_a, behind_b, behind_c) = (F::splat(1.0).le(index), F::splat(2.0).le(index), F::splat(3.0).le(index));
+    let start = F::select(behind_c, c, F::select(behind_b, b, F::only(behind_a, a)));
+    [start, F::select(behind_c, F::splat(1.0), F::select(behind_b, c, F::select(behind_a, b, a)))]
 }
 
 /// The position of a number in a range.
@@ -156,12 +173,7 @@ impl<'a> Shaded<'a> {
         let place = number * F::Whole::splat((WORDS / 2 * QUADS_OF_DIVIDED) as u32)
             + part
             + (part & F::Whole::splat(GROUP as u32));
-        let range = |[a, b, c]: [F; 3], index: F| {
-            let behind = |k: f32| F::splat(k).le(index);
-            let start = F::select(behind(3.0), c, F::select(behind(2.0), b, F::only(behind(1.0), a)));
-            (start, F::select(behind(3.0), F::splat(1.0), F::select(behind(2.0), c, F::select(behind(1.0), b, a))))
-        };
-        let ((left, right), (top, bottom)) = (range(columns, column), range(rows, row));
+        let ([left, right], [top, bottom]) = (part_range(columns, column), part_range(rows, row));
         Leaf { words: self.words::<F>(self.product.places.divided, place), start: [left, top], end: [right, bottom] }
     }
 
@@ -172,22 +184,6 @@ impl<'a> Shaded<'a> {
         let (start, end) =
             (|k: usize| F::select(mask, a.start[k], b.start[k]), |k: usize| F::select(mask, a.end[k], b.end[k]));
         Leaf { words: [word(0), word(1)], start: [start(0), start(1)], end: [end(0), end(1)] }
-    }
-
-    /// The leaves that hold the numbers (w, v) of cells.
-    #[inline(always)]
-    fn leaf_at<F: Num>(&self, cell: F::Whole, [w, v]: [F; 2]) -> Leaf<F> {
-        F::apart(move || {
-            let (leaf, divided) = self.cell::<F>(cell);
-            let Some((divided, number)) = divided else { return leaf };
-            let one = F::splat(1.0);
-            let place = |[a, b, c]: [F; 3], x: F| F::only(a.le(x), one) + F::only(b.le(x), one) + F::only(c.le(x), one);
-            let first = number * F::Whole::splat(QUADS as u32);
-            let rows = self.borders::<F>(first);
-            let row = place(rows, v);
-            let columns = self.borders::<F>(plus::<F>(first, 1) + row.to_whole());
-            Self::either(divided, &self.part(number, [place(columns, w), row], [columns, rows]), &leaf)
-        })
     }
 
     /// The cells that `u` leads to, the leaves in them, and what is left of `u`.
@@ -223,16 +219,10 @@ impl<'a> Shaded<'a> {
         let (leaf, divided) = self.cell::<F>(cell);
         let Some((divided, number)) = divided else { return (cell, leaf, [w, v]) };
         let first = plus::<F>(number * F::Whole::splat(QUADS_OF_DIVIDED as u32), places.divided + QUADS_OF_PARTS);
-        let pick = |place: F::Whole, u: F| {
-            let sums = F::rows(all, place);
-            let number = u * sums[3];
-            let (index, range) = find(sums, zero, number);
-            (index, F::select(divided, rest(number, range), u))
-        };
-        (row, v) = pick(first, v);
-        let of_row = plus::<F>(row.to_whole(), 1);
         let column;
-        (column, w) = pick(first + of_row, w);
+        (row, v) = pick(all, first, v, divided);
+        let of_row = plus::<F>(row.to_whole(), 1);
+        (column, w) = pick(all, first + of_row, w, divided);
         let first = number * F::Whole::splat(QUADS as u32);
         let borders = [self.borders::<F>(first + of_row), self.borders::<F>(first)];
         (cell, Self::either(divided, &self.part(number, [column, row], borders), &leaf), [w, v])
@@ -260,7 +250,7 @@ impl<'a> Shaded<'a> {
         let numbers = located.numbers();
         let leaf = match near.filter(|near| near.holds(numbers)) {
             Some(near) => *near,
-            None => self.leaf_at(F::whole(located.patch.cell), numbers),
+            None => F::apart(LeafAt(self, F::whole(located.patch.cell), numbers)),
         };
         let (zero, one) = (F::splat(0.0), F::splat(1.0));
         let at = |k: usize| ((numbers[k] - leaf.start[k]) / leaf.width(k)).max(zero).min(one);
@@ -272,33 +262,21 @@ impl<'a> Shaded<'a> {
     /// for them.
     #[inline(always)]
     pub fn draw_grid<F: Num>(&self, frame: &Frame, u: [F; 2]) -> ([F; 3], (F, F)) {
-        let FromGrid { world, pdf, light, .. } = self.grid_sample(frame, u, false);
+        let (world, pdf, light, _) = F::apart(GridSample { shaded: self, frame, u, mixed: false });
         (self.light.valid(frame, world).0, (pdf, light))
-    }
-
-    /// What numbers of the grid lead to. `mixed`: densities are those of the product; else those of its grid alone.
-    #[inline(always)]
-    fn grid_sample<F: Num>(&self, frame: &Frame, u: [F; 2], mixed: bool) -> FromGrid<F> {
-        F::apart(move || {
-            let (cells, numbers, leaf) = if F::WIDTH == 1 { self.cells_apart(u) } else { self.cells(u) };
-            let (world, located, strayed) = self.light.to_world(frame, &self.light.sample_in::<F>(cells, numbers));
-            let grid = self.grid(&located, Some(&leaf));
-            let pdf = if mixed { self.with_lobes(frame, world, grid) } else { grid };
-            FromGrid { world, pdf, light: self.light.alone(&located), strayed }
-        })
     }
 
     /// The densities of directions of map space, of unit length, by the grid and in the light.
     #[inline(always)]
     pub fn grid_and_light<F: Num>(&self, map: [F; 3]) -> (F, F) {
-        let located = self.light.locate(map, true);
+        let located = self.light.locate(map);
         (self.grid(&located, None), self.light.alone(&located))
     }
 
     /// The density of directions of map space of unit length, and where they are.
     #[inline(always)]
     fn find<F: Num>(&self, map: [F; 3]) -> (F, Located<F>) {
-        let located = self.light.locate(map, true);
+        let located = self.light.locate(map);
         (self.mixed(map, self.grid(&located, None)), located)
     }
 
@@ -314,8 +292,8 @@ impl<'a> Shaded<'a> {
     /// World directions for numbers of the grid, and their densities.
     #[inline(always)]
     fn sample_grid<F: Num>(&self, frame: &Frame, u: [F; 2]) -> ([F; 3], F) {
-        let FromGrid { mut world, mut pdf, strayed, .. } = self.grid_sample(frame, u, true);
-        settle_lanes(strayed, &mut world, &mut pdf, |lane| self.settled(frame, of_lane(u, lane)));
+        let (mut world, mut pdf, _, strayed) = F::apart(GridSample { shaded: self, frame, u, mixed: true });
+        settle_lanes(strayed, &mut world, &mut pdf, |lane| self.settled(frame, lane_of(u, lane)));
         (world, pdf)
     }
 
@@ -345,7 +323,7 @@ impl<'a> Shaded<'a> {
         let mut pdf = self.pdf(frame, world);
         // Rounding may lose a direction at the very border of a lobe: of such numbers, a few of 2^24, the grid makes something.
         let lost = F::bits(pdf.le(F::splat(0.0)));
-        settle_lanes(lost, &mut world, &mut pdf, |lane| self.regain(frame, of_lane(u, lane)));
+        settle_lanes(lost, &mut world, &mut pdf, |lane| self.regain(frame, lane_of(u, lane)));
         (world, pdf)
     }
 
@@ -376,14 +354,14 @@ impl<'a> Shaded<'a> {
                 return false;
             }
             let (cells, numbers, _) = self.cells_apart([min(grid, ONE_MINUS_EPSILON), u[1]]);
-            located.is_in_patch_of(&self.light.sample_in::<f32>(cells, numbers))
+            located.is_in_patch_of(&self.light.lead::<f32>(frame, cells, numbers).1)
         };
         inward(located.numbers(), located.middle(), outer, leads)
     }
 
     /// The numbers of the grid that lead to numbers (w, v) of a cell: the inverse of [`Shaded::cells`].
     fn outer(&self, cell: u32, [w, v]: [f32; 2]) -> [f32; 2] {
-        let leaf = self.leaf_at::<f32>(f32::whole([cell]), [w, v]);
+        let leaf = f32::apart(LeafAt(self, f32::whole([cell]), [w, v]));
         let mut u = leaf.shape().invert([(w - leaf.start[0]) / leaf.width(0), (v - leaf.start[1]) / leaf.width(1)]);
         let within = |all: &[Quad], place: usize, u: f32| {
             let sums = all.get(place / 4).unwrap_or(&[1.0; 4]);
@@ -443,60 +421,123 @@ impl Density for Shaded<'_> {
     /// Numbers that draw from narrow lobes and those that draw from the grid fill lanes of their own.
     #[inline(always)]
     fn samples<F: Num>(&self, frame: &Frame, u: &[[f32; 2]], out: &mut [Sample]) {
-        let Some(peak) = &self.peak else { return each_register(u, out, |u| self.sample::<F>(frame, u)) };
-        let share = peak.share();
+        let share = self.peak.as_ref().map_or(0.0, Peak::share);
         for (u, out) in u.chunks(TOGETHER).zip(out.chunks_mut(TOGETHER)) {
-            for from_peak in [false, true] {
-                let (mut order, mut count) = ([0u8; TOGETHER], 0);
+            // Those of the grid from the front on, those of the lobes from the back.
+            let (mut order, mut front, mut back) = (IN_ORDER, u.len().min(out.len()), TOGETHER);
+            if share > 0.0 {
+                front = 0;
                 for (number, &[first, _]) in (0..).zip(u).take(out.len()) {
-                    if (clamp_u(first) < share) == from_peak {
-                        put(&mut order, count, number);
-                        count += 1;
-                    }
+                    let from_peak = usize::from(clamp_u(first) < share);
+                    back -= from_peak;
+                    put(&mut order, if from_peak > 0 { back } else { front }, number);
+                    front += 1 - from_peak;
                 }
-                for lanes in order.get(..count).unwrap_or(&[]).chunks(F::WIDTH) {
-                    // Lanes that are left over draw the same once more: nothing that another lane does not do, too.
-                    let of = |lane: usize| {
-                        let number = lanes.get(lane).or(lanes.first()).copied().unwrap_or(0);
-                        u.get(usize::from(number)).copied().unwrap_or_default()
-                    };
-                    let (across, down) = (clamp_u(F::each(|lane| of(lane)[0])), clamp_u(F::each(|lane| of(lane)[1])));
-                    let (wi, pdf) = if from_peak {
+            }
+            let (of_grid_all, of_peak_all) = (order.get(..front).unwrap_or(&[]), order.get(back..).unwrap_or(&[]));
+            for lanes in of_grid_all.chunks(F::WIDTH).chain(of_peak_all.chunks(F::WIDTH)) {
+                // Lanes that are left over draw the same once more: nothing that another lane does not do, too.
+                let (mut across, mut down) = (F::floats(), F::floats());
+                for (lane, (across, down)) in across.as_mut().iter_mut().zip(down.as_mut()).enumerate() {
+                    let number = lanes.get(lane).or(lanes.first()).copied().unwrap_or(0);
+                    [*across, *down] = u.get(usize::from(number)).copied().unwrap_or_default();
+                }
+                let (across, down) = (clamp_u(F::load(across)), clamp_u(F::load(down)));
+                let (wi, pdf) = match &self.peak {
+                    Some(peak) if F::bits(across.lt(F::splat(share))) != 0 => {
                         self.sample_peak(frame, peak, [of_peak(share, across), down])
-                    } else {
-                        self.sample_grid(frame, [of_grid(share, across), down])
-                    };
-                    let (x, y, z, pdf) = (wi[0].store(), wi[1].store(), wi[2].store(), pdf.store());
-                    let drawn = x.as_ref().iter().zip(y.as_ref()).zip(z.as_ref()).zip(pdf.as_ref());
-                    for (&number, (((&x, &y), &z), &pdf)) in lanes.iter().zip(drawn) {
-                        put(out, number.into(), Sample { wi: [x, y, z], pdf });
                     }
-                }
+                    _ => self.sample_grid(frame, [of_grid(share, across), down]),
+                };
+                write_lanes(wi, pdf, |lane, sample| {
+                    if let Some(&number) = lanes.get(lane) {
+                        put(out, number.into(), sample);
+                    }
+                });
             }
         }
     }
 
     #[inline(always)]
     fn pdf<F: Num>(&self, frame: &Frame, wi: [F; 3]) -> F {
-        F::apart(move || {
-            let (map, valid) = self.light.valid(frame, wi);
-            F::only(valid, self.find(map).0)
-        })
+        F::apart(Pdf { shaded: self, frame, wi })
     }
 }
 
-/// What numbers of the grid lead to.
-struct FromGrid<F: Num> {
-    world: [F; 3],
-    pdf: F,
-    /// The density in the light.
-    light: F,
-    /// The lanes that rounding carried out of their patch.
-    strayed: u32,
+/// What numbers of the grid lead to: directions, their densities, those in the light, and the lanes that rounding carried out of their patch.
+/// `mixed`: densities are those of the product; else those of its grid alone.
+struct GridSample<'a, F> {
+    shaded: &'a Shaded<'a>,
+    frame: &'a Frame,
+    u: [F; 2],
+    mixed: bool,
+}
+
+impl<F: Num> Apart<F> for GridSample<'_, F> {
+    type Output = ([F; 3], F, F, u32);
+
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        let GridSample { shaded, frame, u, mixed } = self;
+        let (cells, numbers, leaf) = if F::WIDTH == 1 { shaded.cells_apart(u) } else { shaded.cells(u) };
+        let (world, located, strayed) = shaded.light.lead::<F>(frame, cells, numbers);
+        let grid = shaded.grid(&located, Some(&leaf));
+        let pdf = if mixed { shaded.with_lobes(frame, world, grid) } else { grid };
+        (world, pdf, shaded.light.alone(&located), strayed)
+    }
+}
+
+/// The leaves that hold the numbers (w, v) of cells.
+struct LeafAt<'a, F: Num>(&'a Shaded<'a>, F::Whole, [F; 2]);
+
+impl<F: Num> Apart<F> for LeafAt<'_, F> {
+    type Output = Leaf<F>;
+
+    #[inline(always)]
+    fn run(self) -> Leaf<F> {
+        let LeafAt(shaded, cell, [w, v]) = self;
+        let (leaf, divided) = shaded.cell::<F>(cell);
+        let Some((divided, number)) = divided else { return leaf };
+        let one = F::splat(1.0);
+        let place = |[a, b, c]: [F; 3], x: F| F::only(a.le(x), one) + F::only(b.le(x), one) + F::only(c.le(x), one);
+        let first = number * F::Whole::splat(QUADS as u32);
+        let rows = shaded.borders::<F>(first);
+        let row = place(rows, v);
+        let columns = shaded.borders::<F>(plus::<F>(first, 1) + row.to_whole());
+        Shaded::either(divided, &shaded.part(number, [place(columns, w), row], [columns, rows]), &leaf)
+    }
+}
+
+/// The densities of world directions.
+struct Pdf<'a, F> {
+    shaded: &'a Shaded<'a>,
+    frame: &'a Frame,
+    wi: [F; 3],
+}
+
+impl<F: Num> Apart<F> for Pdf<'_, F> {
+    type Output = F;
+
+    #[inline(always)]
+    fn run(self) -> F {
+        let (map, valid) = self.shaded.light.valid(self.frame, self.wi);
+        F::only(valid, self.shaded.find(map).0)
+    }
 }
 
 /// Directions whose numbers are put in order together.
 const TOGETHER: usize = 64;
+
+/// Their numbers.
+const IN_ORDER: [u8; TOGETHER] = {
+    let mut order = [0; TOGETHER];
+    let mut number = 0;
+    while number < TOGETHER {
+        order[number] = number as u8;
+        number += 1;
+    }
+    order
+};
 
 /// The number of narrow lobes that a first number stands for which draws from them.
 #[inline(always)]

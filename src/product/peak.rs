@@ -12,7 +12,7 @@ use crate::brdf::phong::Phong;
 use crate::brdf::surface::Surface;
 use crate::brdf::vector::dot;
 use crate::numeric::{ONE_MINUS_EPSILON, max, min};
-use crate::simd::Num;
+use crate::simd::{Apart, Num};
 
 /// Lobes of a smaller width are drawn from.
 const NARROW: f32 = 0.15;
@@ -183,53 +183,72 @@ impl<'a> Peak<'a> {
     /// Densities of directions of map space.
     #[inline(always)]
     pub fn density<F: Num>(&self, d: [F; 3]) -> F {
-        F::apart(move || {
-            let [t, b, n] = self.header.axes;
-            let wi = [dot(d, t), dot(d, b), dot(d, n)];
-            let mut density = F::splat(0.0);
-            for (share, drawn) in self.lobes.iter().flatten() {
-                let here = match drawn {
-                    Drawn::Ggx(ggx) => ggx.reflected(wi),
-                    Drawn::Transmission(ggx, of) => ggx.transmitted(wi, of.eta, &of.refracting),
-                    Drawn::Phong(phong) => F::splat(phong.pdf_norm()) * phong.power(wi),
-                    Drawn::Lambert => diffuse(wi[2]),
-                    Drawn::LambertTransmission => diffuse(F::splat(0.0) - wi[2]),
-                };
-                density = density + F::splat(*share) * here;
-            }
-            density
-        })
+        F::apart(Densities(self, d))
     }
 
     /// Directions of map space; the first number chooses the lobe, too.
     #[inline(always)]
     pub fn sample<F: Num>(&self, u: [F; 2]) -> [F; 3] {
-        F::apart(move || {
-            let (zero, one) = (F::splat(0.0), F::splat(1.0));
-            let mut wi = [zero, zero, one];
-            let mut before = 0.0;
-            for (share, drawn) in self.lobes.iter().flatten() {
-                let here = F::splat(before).le(u[0]);
-                let first = ((u[0] - before) * (1.0 / *share)).max(zero).min(F::splat(ONE_MINUS_EPSILON));
-                before += *share;
-                let [x, y, z] = match drawn {
-                    Drawn::Ggx(ggx) => ggx.sample_reflection([first, u[1]]),
-                    Drawn::Transmission(ggx, of) => ggx.sample_refraction([first, u[1]], of.eta, &of.refracting),
-                    Drawn::Phong(phong) => phong.sample([first, u[1]]),
-                    Drawn::Lambert => lambert::sample([first, u[1]]),
-                    Drawn::LambertTransmission => {
-                        let [x, y, z] = lambert::sample([first, u[1]]);
-                        [x, y, zero - z]
-                    }
-                };
-                wi = [F::select(here, x, wi[0]), F::select(here, y, wi[1]), F::select(here, z, wi[2])];
-            }
-            let [t, b, n] = self.header.axes;
-            [
-                wi[0] * t[0] + wi[1] * b[0] + wi[2] * n[0],
-                wi[0] * t[1] + wi[1] * b[1] + wi[2] * n[1],
-                wi[0] * t[2] + wi[1] * b[2] + wi[2] * n[2],
-            ]
-        })
+        F::apart(Samples(self, u))
+    }
+}
+
+/// [`Peak::density`].
+struct Densities<'a, F>(&'a Peak<'a>, [F; 3]);
+
+impl<F: Num> Apart<F> for Densities<'_, F> {
+    type Output = F;
+
+    #[inline(always)]
+    fn run(self) -> F {
+        let Densities(Peak { header, lobes }, d) = self;
+        let [t, b, n] = header.axes;
+        let wi = [dot(d, t), dot(d, b), dot(d, n)];
+        let mut density = F::splat(0.0);
+        for (share, drawn) in lobes.iter().flatten() {
+            let here = match drawn {
+                Drawn::Ggx(ggx) => ggx.reflected(wi),
+                Drawn::Transmission(ggx, of) => ggx.transmitted(wi, of.eta, &of.refracting),
+                Drawn::Phong(phong) => F::splat(phong.pdf_norm()) * phong.power(wi),
+                Drawn::Lambert => diffuse(wi[2]),
+                Drawn::LambertTransmission => diffuse(F::splat(0.0) - wi[2]),
+            };
+            density = density + F::splat(*share) * here;
+        }
+        density
+    }
+}
+
+/// [`Peak::sample`].
+struct Samples<'a, F>(&'a Peak<'a>, [F; 2]);
+
+impl<F: Num> Apart<F> for Samples<'_, F> {
+    type Output = [F; 3];
+
+    #[inline(always)]
+    fn run(self) -> [F; 3] {
+        let Samples(Peak { header, lobes }, u) = self;
+        let (zero, one) = (F::splat(0.0), F::splat(1.0));
+        let mut wi = [zero, zero, one];
+        let mut before = 0.0;
+        for (share, drawn) in lobes.iter().flatten() {
+            let here = F::splat(before).le(u[0]);
+            let first = ((u[0] - before) * (1.0 / *share)).max(zero).min(F::splat(ONE_MINUS_EPSILON));
+            before += *share;
+            let [x, y, z] = match drawn {
+                Drawn::Ggx(ggx) => ggx.sample_reflection([first, u[1]]),
+                Drawn::Transmission(ggx, of) => ggx.sample_refraction([first, u[1]], of.eta, &of.refracting),
+                Drawn::Phong(phong) => phong.sample([first, u[1]]),
+                Drawn::Lambert => lambert::sample([first, u[1]]),
+                Drawn::LambertTransmission => {
+                    let [x, y, z] = lambert::sample([first, u[1]]);
+                    [x, y, zero - z]
+                }
+            };
+            wi = [F::select(here, x, wi[0]), F::select(here, y, wi[1]), F::select(here, z, wi[2])];
+        }
+        let [t, b, n] = header.axes;
+        let along = |k: usize| wi[0] * t[k] + wi[1] * b[k] + wi[2] * n[k];
+        [along(0), along(1), along(2)]
     }
 }

@@ -260,7 +260,7 @@ impl Num for f32 {
         or(a: bool, b: bool) -> bool = a | b;
         bits(mask: bool) -> u32 = mask.into();
         to_bits(self) -> One = One(f32::to_bits(self));
-        to_whole(self) -> One = One(self as i32 as u32);
+        to_whole(self) -> One = One(super::truncate(self));
         sums(self) -> f32 = self;
     }
 

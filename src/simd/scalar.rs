@@ -73,3 +73,18 @@ pub fn sqrt(x: f32) -> f32 {
     #[cfg(not(target_arch = "x86_64"))]
     crate::numeric::sqrt(x)
 }
+
+/// The whole number in front of the fraction of a number from 0 to below 2^31; of others, anything.
+#[inline(always)]
+pub fn truncate(x: f32) -> u32 {
+    #[cfg(target_arch = "x86_64")]
+    {
+        use core::arch::x86_64::{_mm_cvttss_si32, _mm_set_ss};
+        // SAFETY: SSE is part of x86-64.
+        unsafe { _mm_cvttss_si32(_mm_set_ss(x)) as u32 }
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    {
+        x as i32 as u32
+    }
+}

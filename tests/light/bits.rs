@@ -67,19 +67,20 @@ fn lanes_have_the_bits_of_single_numbers() {
 }
 
 #[test]
-fn batches_have_the_bits_of_single_calls() {
+fn batches_have_the_bits_of_single_calls_at_every_level() {
     let mut random = Random(13);
     for built in lights() {
         let environment = built.environment();
         let light = environment.light();
-        for count in [0, 1, 2, 3, 7, 8, 9, 31, 32, 33, 63, 64, 100] {
+        let counts = [0, 1, 2, 3, 7, 8, 9, 31, 32, 33, 63, 64, 100].into_iter();
+        for (count, level) in counts.flat_map(|count| [(count, Level::BASELINE), (count, Level::detect())]) {
             let frame = random.frame();
             let mut u: Vec<[f32; 2]> = (0..count).map(|_| [random.unit(), random.unit()]).collect();
             if let Some(first) = u.first_mut() {
                 *first = [f32::NAN, 2.0];
             }
             let mut drawn = vec![Sample::default(); count];
-            samples(&light, &frame, &u, &mut drawn);
+            samples(level, &light, &frame, &u, &mut drawn);
             for (drawn, &u) in drawn.iter().zip(&u) {
                 assert_eq!(bits((drawn.wi, drawn.pdf)), bits(built.sample(&frame, u)), "{count}");
             }
@@ -89,7 +90,7 @@ fn batches_have_the_bits_of_single_calls() {
                 *wi = wi.map(|x| 1.01 * x);
             }
             let mut all = vec![-1.0; count];
-            pdfs(&light, &frame, &wi, &mut all);
+            pdfs(level, &light, &frame, &wi, &mut all);
             for (i, (&pdf, &wi)) in all.iter().zip(&wi).enumerate() {
                 assert_eq!(pdf.to_bits(), light.pdf::<f32>(&frame, wi).to_bits());
                 assert_eq!(pdf == 0.0, i % 5 == 1);

@@ -51,10 +51,10 @@ fn exercise(environment: &Environment<'_>, random: &mut Random) {
     }
     let u: Vec<[f32; 2]> = (0..40).map(|_| [random.unit(), random.unit()]).collect();
     let mut drawn = vec![Sample::default(); u.len()];
-    samples(&light, &frame, &u, &mut drawn);
+    samples(Level::detect(), &light, &frame, &u, &mut drawn);
     let wi: Vec<[f32; 3]> = drawn.iter().map(|drawn| drawn.wi).collect();
     let mut pdf = vec![-1.0; u.len()];
-    pdfs(&light, &frame, &wi, &mut pdf);
+    pdfs(Level::detect(), &light, &frame, &wi, &mut pdf);
     assert!(pdf.iter().zip(&drawn).all(|(pdf, drawn)| pdf.is_finite() && pdf.to_bits() == drawn.pdf.to_bits()));
     assert!(environment.colours().iter().flatten().all(|c| c.is_finite()));
     let config = Config { rays: 1, candidates_per_ray: 0, hits_per_pixel: 0, reserved: 0 };

@@ -62,14 +62,15 @@ fn batches_have_the_bits_of_single_calls_at_every_level() {
         for (_, material) in materials() {
             let prepared = Prepared::new(&built, &view(&material, random.direction(), 40.0, 1.0));
             let shaded = prepared.shaded();
-            for count in [0, 1, 2, 3, 8, 9, 64] {
+            let counts = [0, 1, 2, 3, 8, 9, 64, 65].into_iter();
+            for (count, level) in counts.flat_map(|count| [(count, Level::BASELINE), (count, Level::detect())]) {
                 let frame = random.frame();
                 let mut u: Vec<[f32; 2]> = (0..count).map(|_| [random.unit(), random.unit()]).collect();
                 if let Some(first) = u.first_mut() {
                     *first = [f32::NAN, 2.0];
                 }
                 let mut drawn = vec![Sample::default(); count];
-                samples(&shaded, &frame, &u, &mut drawn);
+                samples(level, &shaded, &frame, &u, &mut drawn);
                 for (drawn, &u) in drawn.iter().zip(&u) {
                     assert_eq!(bits((drawn.wi, drawn.pdf)), bits(shaded.sample::<f32>(&frame, u)), "{count}");
                 }
@@ -79,7 +80,7 @@ fn batches_have_the_bits_of_single_calls_at_every_level() {
                     *wi = wi.map(|x| 1.01 * x);
                 }
                 let mut all = vec![-1.0; count];
-                pdfs(&shaded, &frame, &wi, &mut all);
+                pdfs(level, &shaded, &frame, &wi, &mut all);
                 for (i, (&pdf, &wi)) in all.iter().zip(&wi).enumerate() {
                     assert_eq!(pdf.to_bits(), shaded.pdf::<f32>(&frame, wi).to_bits());
                     assert_eq!(pdf == 0.0, i % 5 == 1);

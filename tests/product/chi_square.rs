@@ -11,6 +11,7 @@ use wis::light::batch::samples;
 use wis::light::chart::Layout;
 use wis::light::plan::Filter;
 use wis::sample::Sample;
+use wis::simd::Level;
 
 const COLUMNS: usize = 32;
 const ROWS: usize = 16;
@@ -52,7 +53,7 @@ fn samples_follow_the_density() {
             let mut drawn = [Sample::default(); 64];
             for _ in 0..SAMPLES / 64 {
                 let u: [[f32; 2]; 64] = std::array::from_fn(|_| [random.unit(), random.unit()]);
-                samples(&prepared.shaded(), &prepared.frame(), &u, &mut drawn);
+                samples(Level::detect(), &prepared.shaded(), &prepared.frame(), &u, &mut drawn);
                 for drawn in &drawn {
                     let (_, [u, v]) = place_of(Layout::LatLong, drawn.wi.map(f64::from));
                     let (i, j) = ((u * COLUMNS as f64) as usize, (v * ROWS as f64) as usize);

@@ -6,7 +6,9 @@ use crate::support::{self, BuiltTree, Random, tree_config};
 use std::f64::consts::PI;
 use std::ptr::null;
 use wis::ffi::wavelets::tree::*;
+use wis::light::batch::pdfs;
 use wis::light::environment::Environment;
+use wis::simd::Level;
 use wis::sphere::{self, Frame};
 use wis::status::Status;
 use wis::{Block, Filter, Layout, Map};
@@ -185,7 +187,6 @@ fn pixels_are_averages_of_the_light() {
         for filter in [Filter::Nearest, Filter::Bilinear] {
             let light = Light::of(layout, 64, filter, smooth);
             let environment = light.environment();
-            let sampler = wis::light::batch::pdfs;
             for frame in frames(4) {
                 let tree = light.tree(5, &frame);
                 for _ in 0..60 {
@@ -197,7 +198,7 @@ fn pixels_are_averages_of_the_light() {
                     });
                     let directions: Vec<[f32; 3]> = places.collect();
                     let mut pdf = vec![0.0; directions.len()];
-                    sampler(&environment.light(), &environment.frame(), &directions, &mut pdf);
+                    pdfs(Level::detect(), &environment.light(), &environment.frame(), &directions, &mut pdf);
                     let mean = pdf.iter().map(|&p| f64::from(p)).sum::<f64>() / pdf.len() as f64;
                     let expected = mean * environment.header().power;
                     let found = value(&tree, pixel.map(|i| (i as f32 + 0.5) / 32.0));

@@ -10,7 +10,7 @@ use std::time::Duration;
 use stored::Stored;
 use support::{BuiltTree, tree_config};
 use wis::ffi::wavelets::tree::{TreeConfig, WIS_TREE_ENVIRONMENT};
-use wis::wavelets::{inner, warp};
+use wis::wavelets::{combine, warp};
 use wis::{Block, Map};
 
 /// Numbers to draw from, so that no branch is learnt by heart.
@@ -43,7 +43,7 @@ fn trees(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("tree of 512 x 512");
     group.sample_size(20);
     let [e, f] = [e, f].map(|pixels| Stored::<4>::complete::<2>(DEPTH, &pixels).pruned(0.01).0);
-    group.bench_function("product integral", |bencher| bencher.iter(|| inner::integral(&e.tree(), &f.tree())));
+    group.bench_function("product integral", |bencher| bencher.iter(|| combine::integral(&e.tree(), &f.tree())));
     let points = points();
     let index: Vec<u32> = (0u32..).take(POINTS).collect();
     group.throughput(Throughput::Elements(POINTS as u64));

@@ -95,18 +95,6 @@ typedef struct wis_wavelets {
 /// mapped. Constant once built; any number of threads may use it at once. Nothing to free.
 typedef struct wis_tree wis_tree;
 
-/// What was built.
-typedef struct wis_tree_info {
-  uint32_t size; /**< sizeof(wis_tree_info), set by the caller. */
-  uint32_t dimensions; /**< Axes. */
-  uint32_t depth; /**< The grid has 2^depth pixels along each axis. */
-  uint32_t squares; /**< Squares stored, each the averages of 2^n children. */
-  uint64_t bytes; /**< Bytes of the tree: that much of the block is in use and needs to be saved. */
-  uint64_t content_id; /**< Tells trees apart: a hash of the bytes. */
-  double average; /**< The average of the function. */
-  double error; /**< The variance that pruning added, relative. */
-} wis_tree_info;
-
 /// What to build. Fields that the source does not read need not be set.
 typedef struct wis_tree_config {
   uint32_t size; /**< sizeof(wis_tree_config). */
@@ -132,6 +120,18 @@ typedef struct wis_tree_config {
   /// is rotated is the third column. Null is the identity.
   const float *world_from_tree;
 } wis_tree_config;
+
+/// What was built.
+typedef struct wis_tree_info {
+  uint32_t size; /**< sizeof(wis_tree_info), set by the caller. */
+  uint32_t dimensions; /**< Axes. */
+  uint32_t depth; /**< The grid has 2^depth pixels along each axis. */
+  uint32_t squares; /**< Squares stored, each the averages of 2^n children. */
+  uint64_t bytes; /**< Bytes of the tree: that much of the block is in use and needs to be saved. */
+  uint64_t content_id; /**< Tells trees apart: a hash of the bytes. */
+  double average; /**< The average of the function. */
+  double error; /**< The variance that pruning added, relative. */
+} wis_tree_info;
 
 /// The memory of a tree, as its source tells. WIS_INVALID_ARGUMENT with the field `source` for a number that is none. Work: constant for
 /// pixels and environments; count for lists; else squares of the trees and of the result.
@@ -170,6 +170,7 @@ enum wis_status wis_warp_in_place(const struct wis_tree *tree, float *points, ui
     struct wis_diagnostic *diagnostic);
 
 #define WIS_MAX_SLICES 256 /**< The most slices of a table. */
+#define WIS_MAX_GRID 4096 /**< The most cells of a grid along an axis. */
 
 /// How a table of an isotropic BRDF x cosine is read at a shading point (Clarberg et al. 2005, Section 5). Slice k is a tree of two axes
 /// for the view whose angle to the normal is `(k + 1/2) / slice_count` of a right angle, over the octahedral square about the mirror
@@ -185,12 +186,34 @@ enum wis_status wis_warp_in_place(const struct wis_tree *tree, float *points, ui
 enum wis_status wis_table_view(uint32_t slice_count, const float normal[3], const float wo[3], uint32_t slice[2], double weight[2],
     float world_from_tree[9]);
 
+/// The four cells about a direction of unit length (else WIS_INVALID_TRANSFORM) in a grid of `side` x `side` (1 to WIS_MAX_GRID), and their
+/// bilinear weights, which add up to 1. Cells are pixels of the octahedral square, axis 1 slowest; tabulate at their centres
+/// (wis_square_direction). For pairs of directions, as a normal and the reflected direction, the 16 products of two weights interpolate
+/// quadrilinearly. Cells may repeat where the sheets of the square meet. Work: constant.
+enum wis_status wis_grid_cells(uint32_t side, const float wi[3], uint32_t cell[4], float weights[4]);
+
+/// The world direction of a point of the octahedral square of a frame: of a sample of a tree of light or BRDF. The pdf per steradian is
+/// that of the tree over 4 pi. Coordinates in [0, 1], else WIS_INVALID_ARGUMENT. `world_from_tree` as in wis_tree_config; null is the
+/// identity. Work: constant.
+enum wis_status wis_square_direction(const float point[2], const float world_from_tree[9], float direction[3]);
+
+/// The point of the octahedral square of a frame for a world direction of unit length (else WIS_INVALID_TRANSFORM): where wis_tree_pdf and
+/// wis_tree_invert take it. `world_from_tree` as in wis_square_direction. Work: constant.
+enum wis_status wis_square_point(const float wi[3], const float world_from_tree[9], float point[2]);
+
 /// Rule of wis_triple_terms: the fewest that leave a relative L2 error of at most `bound`. Costs 33 visits of each square.
 #define WIS_TERMS_ERROR 0
 
 /// Rule of wis_triple_terms: those with an orthonormal coefficient of at least `bound`, as those keep who threshold. One visit of each
 /// square.
 #define WIS_TERMS_THRESHOLD 1
+
+/// Rule of wis_triple_select: the wavelets with the largest orthonormal coefficients (non-linear approximation).
+#define WIS_SELECT_WAVELETS 0
+
+/// Rule of wis_triple_select: whole squares, those whose three coefficients have the largest sum of squares (Ng et al. 2004, Section 7.2,
+/// keeps the light's squares so).
+#define WIS_SELECT_SQUARES 1
 
 /// How many of the largest wavelets of a tree of two axes wis_triple_select is asked to keep, by a `rule`: WIS_TERMS_ERROR or
 /// WIS_TERMS_THRESHOLD, else WIS_INVALID_ARGUMENT. `bound` is 0 or more. Work: squares.
@@ -215,13 +238,6 @@ enum wis_status wis_sparse_pack(double average, uint32_t count, const struct wis
 /// WIS_MEMORY_TOO_SMALL if there is no room for them. `wavelets` is undefined after both. Work: packed_bytes.
 enum wis_status wis_sparse_unpack(const uint8_t *packed, size_t packed_bytes, uint32_t room, struct wis_wavelets *wavelets,
     uint32_t *wavelet_count, double *average, struct wis_diagnostic *diagnostic);
-
-/// Rule of wis_triple_select: the wavelets with the largest orthonormal coefficients (non-linear approximation).
-#define WIS_SELECT_WAVELETS 0
-
-/// Rule of wis_triple_select: whole squares, those whose three coefficients have the largest sum of squares (Ng et al. 2004, Section 7.2,
-/// keeps the light's squares so).
-#define WIS_SELECT_SQUARES 1
 
 /// The integral over the unit square of BRDF x light x visibility (Ng et al. 2004, Section 5), three trees of two axes
 /// (WIS_INVALID_ARGUMENT for others), in any order. At least 0, and exact but for the rounding of stored averages: the relative error is at
@@ -283,23 +299,6 @@ enum wis_status wis_visibility_integral(double brdf_average, uint32_t brdf_count
 /// BRDF, as all that have one normal or one reflected direction, multiply it by the light once for a frame: this is then faster for each
 /// vertex than wis_visibility_integral, and no approximation. Work: squares.
 enum wis_status wis_visibility_product_integral(const struct wis_tree *tree, const struct wis_visibility *visibility, double *integral);
-
-#define WIS_MAX_GRID 4096 /**< The most cells along an axis. */
-
-/// The four cells about a direction of unit length (else WIS_INVALID_TRANSFORM) in a grid of `side` x `side` (1 to WIS_MAX_GRID), and their
-/// bilinear weights, which add up to 1. Cells are pixels of the octahedral square, axis 1 slowest; tabulate at their centres
-/// (wis_square_direction). For pairs of directions, as a normal and the reflected direction, the 16 products of two weights interpolate
-/// quadrilinearly. Cells may repeat where the sheets of the square meet. Work: constant.
-enum wis_status wis_grid_cells(uint32_t side, const float wi[3], uint32_t cell[4], float weights[4]);
-
-/// The world direction of a point of the octahedral square of a frame: of a sample of a tree of light or BRDF. The pdf per steradian is
-/// that of the tree over 4 pi. Coordinates in [0, 1], else WIS_INVALID_ARGUMENT. `world_from_tree` as in wis_tree_config; null is the
-/// identity. Work: constant.
-enum wis_status wis_square_direction(const float point[2], const float world_from_tree[9], float direction[3]);
-
-/// The point of the octahedral square of a frame for a world direction of unit length (else WIS_INVALID_TRANSFORM): where wis_tree_pdf and
-/// wis_tree_invert take it. `world_from_tree` as in wis_square_direction. Work: constant.
-enum wis_status wis_square_point(const float wi[3], const float world_from_tree[9], float point[2]);
 /** @} */
 
 #ifdef __cplusplus

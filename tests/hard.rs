@@ -2,7 +2,7 @@
 
 use crate::stored;
 use crate::stored::{EPS, Stored, array, bits, doubles, floats, integer, number, vectors};
-use wis::wavelets::inner;
+use wis::wavelets::combine;
 use wis::wavelets::warp;
 
 fn points(case: &serde_json::Value) -> Vec<[f32; 2]> {
@@ -70,7 +70,7 @@ fn black_has_no_distribution() {
     for case in expected("no_distribution") {
         if case["E"].is_array() {
             let (e, f) = (stored(&case, "E"), stored(&case, "F"));
-            assert_eq!(inner::integral(&e.tree(), &f.tree()), 0.0);
+            assert_eq!(combine::integral(&e.tree(), &f.tree()), 0.0);
         } else {
             let stored = stored(&case, "image");
             assert!(points(&case).into_iter().all(|u| warp::sample(&stored.tree(), u).is_none()));

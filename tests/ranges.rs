@@ -4,7 +4,6 @@
 use crate::stored::Random;
 use crate::support::{BuiltTree, Memory, pixel_config, tree_config};
 use std::ptr::{null, null_mut};
-use wis::ffi::wavelets::sparse::*;
 use wis::ffi::wavelets::tree::*;
 use wis::ffi::wavelets::triple::*;
 use wis::ffi::wavelets::visibility::*;

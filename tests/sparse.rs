@@ -3,11 +3,10 @@
 use crate::stored::{Random, Stored};
 use crate::support::{BuiltTree, pixel_config, tree_config};
 use std::ptr::{null, null_mut};
-use wis::ffi::wavelets::sparse::*;
 use wis::ffi::wavelets::tree::*;
 use wis::ffi::wavelets::triple::*;
 use wis::status::Status;
-use wis::wavelets::approximate::{self, at_least, terms};
+use wis::wavelets::approximate::{self, Of, at_least, terms};
 use wis::wavelets::packed::{pack, unpack};
 use wis::wavelets::sparse::{Sparse, squares, to_tree};
 use wis::wavelets::tree::{Link, Tree};
@@ -181,7 +180,7 @@ fn terms_are_the_fewest() {
         let stored = Stored::<4>::complete::<2>(DEPTH, &image);
         let tree = stored.tree();
         let mut all = vec![Wavelets::default(); SIDE * SIDE];
-        let used = approximate::select(&tree, (SIDE * SIDE) as u32, 0, &mut all).unwrap();
+        let used = approximate::select(&tree, Of::Wavelets, (SIDE * SIDE) as u32, 0, &mut all).unwrap();
         let energy = |list: &[Wavelets]| -> f64 {
             let own = |w: &Wavelets| {
                 w.detail.map(|d| f64::from(d).powi(2)).iter().sum::<f64>() * 0.25f64.powi(w.level as i32)
@@ -200,7 +199,7 @@ fn terms_are_the_fewest() {
             let count = terms(&tree, error);
             let lost = |keep: u32| {
                 let mut list = vec![Wavelets::default(); keep as usize];
-                let used = approximate::select(&tree, keep, 0, &mut list).unwrap();
+                let used = approximate::select(&tree, Of::Wavelets, keep, 0, &mut list).unwrap();
                 ((energy(&all) - energy(&list[..used])).max(0.0) / whole).sqrt()
             };
             assert!(lost(count) <= error + 1e-4, "{error}: {} with {count}", lost(count));

@@ -2,8 +2,7 @@
 
 use crate::support::{Random, normalise};
 use std::f64::consts::FRAC_PI_2;
-use wis::ffi::wavelets::grid::{wis_square_direction, wis_square_point};
-use wis::ffi::wavelets::table::wis_table_view;
+use wis::ffi::wavelets::table::{wis_square_direction, wis_square_point, wis_table_view};
 use wis::status::Status;
 
 const SLICES: u32 = 16;

@@ -6,6 +6,19 @@ use wis::status::Status;
 use wis::wavelets::tree::{self, Link, Tree};
 use wis::wavelets::{morton, prune};
 
+/// The cell whose Morton code is `code`.
+fn decode<const N: usize>(code: u64, depth: u32) -> [u32; N] {
+    let mut t = [0; N];
+    let mut code = code;
+    for bit in 0..depth {
+        for t in t.iter_mut().rev() {
+            *t |= ((code & 1) as u32).wrapping_shl(bit);
+            code >>= 1;
+        }
+    }
+    t
+}
+
 /// The average over a square of a C-order image: the naive way.
 fn naive_average<const N: usize>(pixels: &[f32], depth: u32, level: u32, t: [u32; N]) -> f64 {
     let inside = |i: usize| {
@@ -24,7 +37,7 @@ fn check_averages<const N: usize, const C: usize>(depth: u32) {
         let first = tree::complete_len::<C>(level).unwrap();
         for m in 0..1u32 << (N as u32 * level) {
             for c in 0..C as u32 {
-                let t = morton::decode::<N>(u64::from(m * C as u32 + c), level + 1);
+                let t = decode::<N>(u64::from(m * C as u32 + c), level + 1);
                 let expected = naive_average(&pixels, depth, level + 1, t);
                 let value = f64::from(stored.squares[(first + m) as usize][c as usize]) * scale;
                 assert!((value - expected).abs() <= expected * stored::EPS, "{value} {expected}");
@@ -47,7 +60,7 @@ fn morton_codes_invert() {
     let mut random = Random(1);
     for _ in 0..1000 {
         let t = std::array::from_fn::<u32, 3, _>(|_| (random.bits() >> 52) as u32);
-        assert_eq!(morton::decode::<3>(morton::encode(t, 12), 12), t);
+        assert_eq!(decode::<3>(morton::encode(t, 12), 12), t);
     }
     assert_eq!(morton::encode([1, 0], 1), 2);
 }

@@ -6,7 +6,7 @@ use std::ptr::null_mut;
 use wis::ffi::points::*;
 use wis::ffi::wavelets::tree::*;
 use wis::status::Status;
-use wis::wavelets::inner;
+use wis::wavelets::combine;
 use wis::wavelets::warp;
 
 fn sample<const N: usize>(tree: &BuiltTree, u: [f32; N]) -> ([f32; N], f32) {
@@ -85,7 +85,7 @@ fn products_of_trees_integrate() {
     assert!((integral / expected - 1.0).abs() < 1e-12);
     let (stored_e, stored_f) = (Stored::<16>::complete::<4>(2, &e), Stored::<4>::complete::<2>(2, &f));
     let scale = 2f64.powi(stored_e.exponent + stored_f.exponent);
-    assert_eq!(inner::integral(&stored_e.tree(), &stored_f.tree()) * scale, integral);
+    assert_eq!(combine::integral(&stored_e.tree(), &stored_f.tree()) * scale, integral);
     let status = unsafe { wis_tree_product_integral(b.handle, a.handle, &mut integral) };
     assert_eq!(status, Status::InvalidArgument);
 }

@@ -4,7 +4,7 @@ use crate::stored::{Random, Stored, vectors};
 use crate::support::sphere::cube_solid_angle;
 use wis::numeric::exp2i;
 use wis::sphere;
-use wis::wavelets::approximate;
+use wis::wavelets::approximate::{self, Of};
 use wis::wavelets::morton;
 use wis::wavelets::tree::Tree;
 use wis::wavelets::triple::{self, Scaled, Wavelets};
@@ -85,7 +85,7 @@ fn integrals_are_those_of_the_vectors() {
         let count = |list: &[Wavelets]| list.iter().flat_map(|w| w.detail).filter(|d| *d != 0.0).count() as u32;
         for (tree, list) in [(&brdf, &few), (&light, &bright)] {
             let mut own = vec![Wavelets::default(); count(list) as usize];
-            let used = approximate::select(&tree.tree(), count(list), tree.exponent, &mut own).unwrap();
+            let used = approximate::select(&tree.tree(), Of::Wavelets, count(list), tree.exponent, &mut own).unwrap();
             assert_eq!(own[..used], list[..], "depth {depth}");
         }
     }
@@ -93,7 +93,7 @@ fn integrals_are_those_of_the_vectors() {
 
 fn select_all(stored: &Stored<4>) -> Vec<Wavelets> {
     let mut list = vec![Wavelets::default(); stored.squares.len()];
-    let used = approximate::select(&stored.tree(), u32::MAX, stored.exponent, &mut list).unwrap();
+    let used = approximate::select(&stored.tree(), Of::Wavelets, u32::MAX, stored.exponent, &mut list).unwrap();
     list.truncate(used);
     assert!(triple::is_ordered(&list));
     list
@@ -171,7 +171,7 @@ fn dropped_wavelets_cost_at_most_their_norm() {
     let mut before = f64::INFINITY;
     for keep in [0, 1, 10, 100, 500, 1000, 3 * 341, 5000] {
         let mut list = vec![Wavelets::default(); keep as usize];
-        let used = approximate::select(&trees[0].tree(), keep, trees[0].exponent, &mut list).unwrap();
+        let used = approximate::select(&trees[0].tree(), Of::Wavelets, keep, trees[0].exponent, &mut list).unwrap();
         let list = &list[..used];
         let dropped = (all - energy(list)).max(0.0).sqrt();
         assert!(dropped <= before * (1.0 + 1e-6));
@@ -210,7 +210,7 @@ fn six_faces_make_a_sphere() {
             let (all, kept) = (select_all(brdf), select_all(light));
             sparse += sublinear(brdf, &all, light, &kept, visible);
             let mut list = vec![Wavelets::default(); 20];
-            let used = approximate::select(&brdf.tree(), 20, brdf.exponent, &mut list).unwrap();
+            let used = approximate::select(&brdf.tree(), Of::Wavelets, 20, brdf.exponent, &mut list).unwrap();
             few += sublinear(brdf, &list[..used], light, &kept, visible);
             let energy = |list: &[Wavelets]| -> f64 {
                 let square = |w: &Wavelets| w.detail.iter().map(|d| f64::from(*d).powi(2)).sum::<f64>();
@@ -238,7 +238,7 @@ fn the_largest_squares_are_kept() {
     norms.sort_by(|a, b| b.total_cmp(a));
     for keep in [0usize, 1, 7, 40, norms.len(), norms.len() + 9] {
         let mut list = vec![Wavelets::default(); keep];
-        let used = approximate::select_squares(&tree.tree(), keep as u32, tree.exponent, &mut list).unwrap();
+        let used = approximate::select(&tree.tree(), Of::Squares, keep as u32, tree.exponent, &mut list).unwrap();
         assert_eq!(used, keep.min(norms.len()));
         let list = &list[..used];
         assert!(triple::is_ordered(list) && list.iter().all(|w| all.contains(w)));

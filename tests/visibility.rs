@@ -4,7 +4,7 @@
 use crate::support::{BuiltTree, Memory, Random, normalise, pixel_config};
 use std::ptr::{null, null_mut};
 use wis::ffi::MemorySize;
-use wis::ffi::wavelets::grid::*;
+use wis::ffi::wavelets::table::*;
 use wis::ffi::wavelets::triple::*;
 use wis::ffi::wavelets::visibility::*;
 use wis::status::Status;

@@ -8,108 +8,80 @@ use crate::numeric::{exp2i, is_float, times_power};
 use crate::status::{Result, Status};
 use crate::wavelets::morton::MAX_DEPTH;
 use crate::wavelets::tree::Tree;
-use crate::wavelets::triple::{Square, WAITING, Wavelets, analyse, shift};
+use crate::wavelets::triple::{Square, Wavelets, analyse, shift};
 
 /// The size of an orthonormal coefficient.
 fn size(detail: f64, level: u32) -> f32 {
     (detail.abs() * exp2i(-(level as i32))) as f32
 }
 
-/// The largest size, as bits, that at least `keep` reach, and how many of those that just reach it are kept.
-fn threshold(keep: u32, reached: impl Fn(u32) -> u64) -> (u32, u64) {
+/// The largest size, as bits, at which a condition holds that holds at 0 and at no size above some.
+fn largest(holds: impl Fn(u32) -> bool) -> u32 {
     let (mut low, mut high) = (0u32, f32::INFINITY.to_bits());
     while high - low > 1 {
         let middle = low + (high - low) / 2;
-        (low, high) = if reached(middle) >= u64::from(keep) { (middle, high) } else { (low, middle) };
+        (low, high) = if holds(middle) { (middle, high) } else { (low, middle) };
     }
-    (low, u64::from(keep).saturating_sub(reached(low + 1)))
+    low
 }
 
-/// Keeps the `keep` wavelets of a tree with the largest orthonormal coefficients; of equal ones the first in depth-first
-/// order. Writes the squares that have any to `out`, in order, and answers how many
+/// What is kept of a tree.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Of {
+    /// Single wavelets.
+    Wavelets,
+    /// Whole squares, by the sum of squares of their coefficients: Ng et al. 2004, Section 7.2, picks the light's so.
+    Squares,
+}
+
+impl Of {
+    /// The sizes that count of a square, as bits.
+    fn sizes(self, level: u32, square: &Square) -> [u32; 3] {
+        let [_, a, b, c] = *square;
+        let sizes = match self {
+            Of::Wavelets => [a, b, c],
+            Of::Squares => [libm::sqrt(square.iter().skip(1).map(|d| d * d).sum()), 0.0, 0.0],
+        };
+        sizes.map(|d| size(d, level).to_bits())
+    }
+}
+
+/// Keeps the `keep` wavelets of a tree with the largest orthonormal coefficients, or the largest whole squares; of equal ones the first in
+/// depth-first order. Writes the squares that have any to `out`, in order, and answers how many
 /// there are: at most `keep`, and no more than there is room for. Details are multiplied by `2^exponent`.
 ///
 /// # Errors
 /// [`Status::Overflow`] if one of them is no float then.
-pub fn select(tree: &Tree<4>, keep: u32, exponent: i32, out: &mut [Wavelets]) -> Result<usize> {
-    let reached = |threshold: u32| {
-        let mut count = 0u64;
-        each_size(tree, |size| count += u64::from(size > 0.0 && size.to_bits() >= threshold));
-        count
-    };
-    // Of those that just reach it, so many are kept.
-    let (low, mut ties) = threshold(keep, reached);
-    let mut written = Written { out, used: 0, exponent, fits: true };
-    each_square(tree, &mut |level, position, square| {
-        let mut kept = [0.0; 4];
-        for (slot, d) in kept.iter_mut().zip(square).skip(1) {
-            let bits = size(*d, level).to_bits();
-            let tied = bits == low && ties > 0;
-            if bits > 0 && (bits > low || tied) {
-                ties -= u64::from(bits == low);
-                *slot = *d;
-            }
-        }
-        if kept.iter().any(|d| *d != 0.0) {
-            written.push((position, level), &kept);
-        }
-    });
-    written.finish()
-}
-
-/// A list that is being written.
-struct Written<'o> {
-    out: &'o mut [Wavelets],
-    used: usize,
-    exponent: i32,
-    fits: bool,
-}
-
-impl Written<'_> {
-    fn push(&mut self, (position, level): (u32, u32), &[_, a, b, c]: &Square) {
-        let details = [a, b, c].map(|d| times_power(d, self.exponent));
-        self.fits &= details.iter().all(|d| is_float(*d));
-        if let Some(slot) = self.out.get_mut(self.used) {
-            *slot = Wavelets { position, level, detail: details.map(|d| d as f32) };
-            self.used += 1;
-        }
-    }
-
-    fn finish(self) -> Result<usize> {
-        if self.fits { Ok(self.used) } else { Err(Status::Overflow) }
-    }
-}
-
-/// As [`select`], for whole squares: the `keep` whose coefficients have the largest sum of squares, with all that they have
-/// (Ng et al. 2004, Section 7.2, picks the light's squares so).
-///
-/// # Errors
-/// As [`select`].
-pub fn select_squares(tree: &Tree<4>, keep: u32, exponent: i32, out: &mut [Wavelets]) -> Result<usize> {
-    let norm = |level: u32, square: &Square| {
-        let squares = square.iter().skip(1).map(|d| d * d).sum();
-        size(libm::sqrt(squares), level).to_bits()
-    };
+pub fn select(tree: &Tree<4>, of: Of, keep: u32, exponent: i32, out: &mut [Wavelets]) -> Result<usize> {
     let reached = |threshold: u32| {
         let mut count = 0u64;
         each_square(tree, &mut |level, _, square| {
-            let bits = norm(level, square);
-            count += u64::from(bits > 0 && bits >= threshold);
+            let reach = |bits: &u32| *bits > 0 && *bits >= threshold;
+            count += of.sizes(level, square).iter().filter(|bits| reach(bits)).count() as u64;
         });
         count
     };
-    let (low, mut ties) = threshold(keep, reached);
-    let mut written = Written { out, used: 0, exponent, fits: true };
+    let low = largest(|size| reached(size) >= u64::from(keep));
+    // Of those that just reach it, so many are kept.
+    let mut ties = u64::from(keep).saturating_sub(reached(low + 1));
+    let (mut used, mut fits) = (0, true);
     each_square(tree, &mut |level, position, square| {
-        let bits = norm(level, square);
-        let tied = bits == low && ties > 0;
-        if bits == 0 || !(bits > low || tied) {
-            return;
+        let kept = of.sizes(level, square).map(|bits| {
+            let tied = bits == low && bits > 0 && ties > 0;
+            ties -= u64::from(tied);
+            tied || bits > low
+        });
+        let kept = if of == Of::Squares { [kept[0]; 3] } else { kept };
+        if kept.contains(&true) {
+            let details = [0, 1, 2].map(|k: usize| if kept[k] { times_power(square[k + 1], exponent) } else { 0.0 });
+            fits &= details.iter().all(|d| is_float(*d));
+            if let Some(slot) = out.get_mut(used) {
+                *slot = Wavelets { position, level, detail: details.map(|d| d as f32) };
+                used += 1;
+            }
         }
-        ties -= u64::from(bits == low);
-        written.push((position, level), square);
     });
-    written.finish()
+    if fits { Ok(used) } else { Err(Status::Overflow) }
 }
 
 /// The fewest of a tree's largest wavelets that leave a relative L2 error of at most `error`.
@@ -129,15 +101,11 @@ pub fn terms(tree: &Tree<4>, error: f64) -> u32 {
     };
     let (_, _, all) = above(0);
     let allowed = error * error * all;
-    let (mut low, mut high) = (0u32, f32::INFINITY.to_bits());
-    while high - low > 1 {
-        let middle = low + (high - low) / 2;
-        (low, high) = if above(middle).1 <= allowed { (middle, high) } else { (low, middle) };
-    }
+    let low = largest(|size| above(size).1 <= allowed);
     let (count, lost, _) = above(low);
     // Of those that are just as large as the last one some may still go.
     let each = f64::from(f32::from_bits(low)) * f64::from(f32::from_bits(low));
-    let ties = count - above(high).0;
+    let ties = count - above(low + 1).0;
     let spare = if each > 0.0 { (not_negative(allowed - lost) / each) as u32 } else { 0 };
     count - spare.min(ties)
 }
@@ -160,21 +128,19 @@ fn each_size(tree: &Tree<4>, mut each: impl FnMut(f32)) {
 }
 
 /// Calls `each(level, position, function)` with every square of a tree, depth first. One copy for all callers.
-#[inline(never)]
 fn each_square(tree: &Tree<4>, each: &mut dyn FnMut(u32, u32, &Square)) {
-    let mut waiting = [(0u32, 0u32, 0u32); WAITING];
-    let mut count = 0usize;
-    let mut next = tree.root_square().map(|square| (square, 0, 0));
-    while let Some((square, level, position)) = next {
-        each(level, position, &analyse(tree.children(square).map(f64::from)));
-        for c in (0..4).rev() {
-            let child = tree.child_square(square, c).filter(|_| level + 1 < MAX_DEPTH);
-            if let (Some(child), Some(slot)) = (child, waiting.get_mut(count)) {
-                *slot = (child, level + 1, position | c << shift(level + 1));
-                count += 1;
-            }
-        }
-        count = count.wrapping_sub(1);
-        next = waiting.get(count).copied();
+    each_below(tree, (tree.root_square(), 0, 0), each);
+}
+
+/// The same with a square of this level and position, if there is one, and those inside it. Recursion ends at the finest level.
+fn each_below(
+    tree: &Tree<4>,
+    (square, level, position): (Option<u32>, u32, u32),
+    each: &mut dyn FnMut(u32, u32, &Square),
+) {
+    let Some(square) = square.filter(|_| level < MAX_DEPTH) else { return };
+    each(level, position, &analyse(tree.children(square).map(f64::from)));
+    for c in 0..4 {
+        each_below(tree, (tree.child_square(square, c), level + 1, position | c << shift(level + 1)), each);
     }
 }

@@ -1,15 +1,16 @@
 //! The product of up to three trees, or the weighted sum of up to sixteen, as a tree: built once, then sampled, saved and
 //! combined like any other.
 //!
-//! Where [`crate::wavelets::inner`] descends two trees side by side, here the averages are written out. A square is kept where one of
-//! the trees still varies (and of a product none is 0); squares stand in breadth-first order. Averages are sums from the
-//! bottom up in f64: exact, where the product of averages is not (Clarberg et al. 2005, Section 4.3). With the visibility
-//! of a point as the third factor this is the triple product of Ng et al. 2004 as something to sample; sums interpolate
+//! A square is kept where one of the trees still varies (and of a product none is 0); squares stand in breadth-first order. Averages
+//! are sums from the bottom up in f64: exact, where the product of averages a_E a_F is not. That misses the inner product of all details
+//! inside a square (Clarberg et al. 2005, Section 4.3), and two complementary checkerboards would give 1/4 instead of 0. With the
+//! visibility of a point as the third factor this is the triple product of Ng et al. 2004 as something to sample; sums interpolate
 //! between tables, and a product of two sums is the bilinear blend of all pairs.
 
 use crate::blob::Size;
 use crate::numeric::{exp2i, exponent};
-use crate::wavelets::stored::{AnyTree, Facts, Header, Parts, Refused, Stored, mean_of, of_any, store};
+use crate::status::{Error, Status};
+use crate::wavelets::stored::{AnyTree, Built, Facts, Header, Parts, SCRATCH, Stored, mean_of, of_any, store};
 use crate::wavelets::tree::{Link, MAX_DEPTH, NO_SQUARE, Tree};
 use bytemuck::{Pod, Zeroable, try_cast_slice_mut};
 
@@ -57,7 +58,46 @@ impl Rule<WIS_MAX_BLEND> for Weighted {
     }
 }
 
+/// The integral of the product of a tree of more axes and one of the first of them, which is constant along the rest: exact but for the
+/// rounding of `f64` sums. One visit of each square that both trees keep, children before parents.
+pub fn integral<const C: usize, const M: usize>(e: &Tree<C>, f: &Tree<M>) -> f64 {
+    const { assert!(M <= C && M.is_power_of_two() && C.is_power_of_two(), "F has at most the axes of E") };
+    integral_on(e, f, [e.root_square(), f.root_square()], [e.average(), f.average()], 0)
+}
+
+/// The same on a square of this level, where the trees have these squares and averages.
+fn integral_on<const C: usize, const M: usize>(
+    e: &Tree<C>,
+    f: &Tree<M>,
+    squares: [Option<u32>; 2],
+    [a, b]: [f32; 2],
+    level: u32,
+) -> f64 {
+    // Where one tree ends it is constant, and the average of the other decides.
+    let ([Some(on_e), Some(on_f)], false) = (squares, level == MAX_DEPTH) else { return f64::from(a) * f64::from(b) };
+    let (of_e, of_f) = (e.children(on_e), f.children(on_f));
+    let below = (0..C as u32).map(|c| {
+        // The bits of the first axes are the most significant ones.
+        let fc = c >> (C / M).trailing_zeros();
+        let averages = [of_e[c as usize & (C - 1)], of_f[fc as usize & (M - 1)]];
+        integral_on(e, f, [e.child_square(on_e, c), f.child_square(on_f, fc)], averages, level + 1)
+    });
+    below.sum::<f64>() / C as f64
+}
+
 impl AnyTree<'_> {
+    /// The integral over the unit cube of the product with a tree of the first of these axes, at most as many; `None` if
+    /// that has more.
+    pub fn product_integral(&self, f: &AnyTree) -> Option<f64> {
+        use AnyTree::{Square, Tesseract};
+        match (self, f) {
+            (Square(e), Square(f)) => Some(integral(e, f)),
+            (Tesseract(e), Square(f)) => Some(integral(e, f)),
+            (Tesseract(e), Tesseract(f)) => Some(integral(e, f)),
+            (Square(_), Tesseract(_)) => None,
+        }
+    }
+
     /// The number of squares of each level, as breadth-first order tells it.
     fn levels(&self) -> [u64; MAX_DEPTH as usize] {
         let (squares, children) = (self.averages().len() >> self.axes(), 1usize << self.axes());
@@ -151,30 +191,22 @@ fn child<const K: usize>(mut place: Place<K>, trees: &[Stored], c: u32, axes: u3
     place
 }
 
-/// The number of squares of the result of at most K trees of at most so many axes; `None` if they are more than 2^32 - 2.
-fn count<const K: usize>(axes: u32, trees: &[Stored], rule: &impl Rule<K>) -> Option<u32> {
-    // The way down, and at each level the child that is next.
-    let mut way = [([ONE; K], 0u32); MAX_DEPTH as usize];
-    let (root, children) = (root(trees), 1 << axes);
-    let (mut level, mut squares) = (0usize, u32::from(rule.varies(&root)));
-    way[0] = (root, if squares == 0 { children } else { 0 });
-    while let Some((place, c)) = way.get_mut(level) {
-        if *c == children {
-            let Some(above) = level.checked_sub(1) else { break };
-            level = above;
-            continue;
-        }
-        let child = child(*place, trees, *c, axes);
-        *c += 1;
-        if rule.varies(&child) {
-            squares = squares.checked_add(1).filter(|&squares| squares < u32::MAX)?;
-            level += 1;
-            if let Some(slot) = way.get_mut(level) {
-                *slot = (child, 0);
-            }
-        }
+/// The number of squares of the result of at most K trees of at most so many axes, from a place of this level on; `None` if they are
+/// more than 2^32 - 2. Recursion ends at the finest level.
+fn count<const K: usize>(
+    axes: u32,
+    trees: &[Stored],
+    rule: &impl Rule<K>,
+    place: &Place<K>,
+    level: u32,
+) -> Option<u32> {
+    if level == MAX_DEPTH || !rule.varies(place) {
+        return Some(0);
     }
-    Some(squares)
+    (0..1 << axes).try_fold(1u32, |squares, c| {
+        let below = count(axes, trees, rule, &child(*place, trees, c, axes), level + 1)?;
+        squares.checked_add(below).filter(|&squares| squares < u32::MAX)
+    })
 }
 
 /// Memory of a result: all three for as many squares as it has, or more.
@@ -283,7 +315,7 @@ fn build<const K: usize>(
     exponent: i32,
     memory: &mut [u8],
     scratch: &mut [u8],
-) -> core::result::Result<Option<Header>, Refused>
+) -> Built<Option<Header>>
 where
     Place<K>: Pod,
 {
@@ -311,18 +343,20 @@ fn axes(trees: &[Stored]) -> u32 {
 pub fn product_size(trees: &[Stored]) -> Option<Size> {
     let axes = axes(trees);
     let alike = trees.iter().all(|stored| stored.tree.axes() == axes);
-    let squares = if alike { count(axes, trees, &Times)? } else { most(axes, trees)? };
+    let squares = if alike { count(axes, trees, &Times, &root(trees), 0)? } else { most(axes, trees)? };
     Scratch::<MAX_FACTORS>::size(axes, squares)
 }
 
 /// Multiplies two or three trees, of which no other has more axes than the first.
 ///
 /// # Errors
-/// [`Refused`].
-pub fn multiply_in(trees: &[Stored], memory: &mut [u8], scratch: &mut [u8]) -> core::result::Result<Header, Refused> {
+/// [`Built`].
+pub fn multiply_in(trees: &[Stored], memory: &mut [u8], scratch: &mut [u8]) -> Built<Header> {
     let exponent = trees.iter().fold(0i32, |sum, stored| sum.saturating_add(stored.header.exponent));
     let built = build(trees, &Times, exponent, memory, scratch)?;
-    built.ok_or_else(|| product_size(trees).map_or(Refused::Squares, |size| Refused::Scratch(size.scratch)))
+    built.ok_or_else(|| {
+        product_size(trees).map_or(Status::Overflow.into(), |size| Error::too_small(SCRATCH, size.scratch))
+    })
 }
 
 /// The memory of a weighted sum of trees of the same axes, at most. `None` if none is as long.
@@ -331,22 +365,19 @@ pub fn sum_size(trees: &[Stored]) -> Option<Size> {
 }
 
 fn weighted_size(trees: &[Stored], rule: &Weighted) -> Option<Size> {
-    Scratch::<WIS_MAX_BLEND>::size(axes(trees), count(axes(trees), trees, rule)?)
+    Scratch::<WIS_MAX_BLEND>::size(axes(trees), count(axes(trees), trees, rule, &root(trees), 0)?)
 }
 
 /// The sum of trees of the same axes, each times its weight, finite and 0 or more.
 ///
 /// # Errors
-/// [`Refused`].
-pub fn add_in(
-    trees: &[Stored],
-    weights: &[f64],
-    memory: &mut [u8],
-    scratch: &mut [u8],
-) -> core::result::Result<Header, Refused> {
+/// [`Built`].
+pub fn add_in(trees: &[Stored], weights: &[f64], memory: &mut [u8], scratch: &mut [u8]) -> Built<Header> {
     let (rule, largest) = stored_weights(trees, weights);
     let built = build(trees, &rule, largest, memory, scratch)?;
-    built.ok_or_else(|| weighted_size(trees, &rule).map_or(Refused::Squares, |size| Refused::Scratch(size.scratch)))
+    built.ok_or_else(|| {
+        weighted_size(trees, &rule).map_or(Status::Overflow.into(), |size| Error::too_small(SCRATCH, size.scratch))
+    })
 }
 
 /// Weights for what the trees store, and the power of two that was taken out: the largest term has a weight in [1, 2), so

@@ -2,18 +2,15 @@
 //!
 //! Functions as fixed-depth sparse trees, rotated maps, tables of BRDFs, products of trees, the in-place kD warp, and sets of
 //! wavelets: trees and integrals of them, and how they are stored. A file imports only what stands before it in this list: `morton`,
-//! `tree`, `image`, `prune`, `split`, `warp`, `inner`, `stored`, `pruned`, `combine`, `table`, `triple`, `sparse`, `packed`,
-//! `approximate`, `visibility`, `grid`, `rotated`.
+//! `tree`, `prune`, `split`, `warp`, `stored`, `image`, `combine`, `table`, `triple`, `sparse`, `packed`, `approximate`, `visibility`,
+//! `rotated`.
 
 pub mod approximate;
 pub mod combine;
-pub mod grid;
 pub mod image;
-pub mod inner;
 pub mod morton;
 pub mod packed;
 pub mod prune;
-pub mod pruned;
 pub mod rotated;
 pub mod sparse;
 pub mod split;

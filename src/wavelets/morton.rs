@@ -22,20 +22,6 @@ pub fn encode<const N: usize>(t: [u32; N], depth: u32) -> u64 {
         .fold(0, |code, bit| t.iter().fold(code, |code, t| (code << 1) | u64::from(t.wrapping_shr(bit) & 1)))
 }
 
-/// The cell whose Morton code is `code`: the inverse of [`encode`].
-#[inline]
-pub fn decode<const N: usize>(code: u64, depth: u32) -> [u32; N] {
-    let mut t = [0; N];
-    let mut code = code;
-    for bit in 0..depth {
-        for t in t.iter_mut().rev() {
-            *t |= ((code & 1) as u32).wrapping_shl(bit);
-            code >>= 1;
-        }
-    }
-    t
-}
-
 /// The coordinates of a pixel from its position in C order (last axis fastest).
 #[inline]
 pub fn c_order_cell<const N: usize>(index: usize, depth: u32) -> [u32; N] {

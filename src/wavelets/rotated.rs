@@ -12,8 +12,8 @@ use crate::numeric::{exponent, max, min, times_power};
 use crate::simd::{Four, Num};
 use crate::sphere::{Frame, octahedral_square};
 use crate::status::{Error, Status};
-use crate::wavelets::pruned::Config;
-use crate::wavelets::stored::{Header, Refused};
+use crate::wavelets::image::Config;
+use crate::wavelets::stored::{Built, Header};
 use bytemuck::{cast_slice_mut, try_cast_slice, try_cast_slice_mut};
 use core::f64::consts::PI;
 use glam::Vec3;
@@ -51,9 +51,9 @@ impl Rotation {
     ///
     /// # Errors
     /// [`Error`] names the field.
-    pub fn check(&self) -> core::result::Result<(), Error> {
+    pub fn checked(self) -> Result<Rotation, Error> {
         Error::first([((0.0..=MAX_LEAST).contains(&self.least), c"least")])?;
-        self.tree().check()
+        self.tree().checked().map(|_| self)
     }
 
     /// The memory of a build at most; `None` if none is as long. Sums of pixels stand behind what the tree needs.
@@ -71,16 +71,16 @@ impl Rotation {
     /// Builds the tree of a map as the frame `world_from_tree` sees it. `scratch` is as long as [`Rotation::size`] says.
     ///
     /// # Errors
-    /// [`Refused`].
+    /// [`Built`].
     pub fn build_in(
         &self,
         environment: &Environment<'_>,
         world_from_tree: &Frame,
         memory: &mut [u8],
         scratch: &mut [u8],
-    ) -> core::result::Result<Header, Refused> {
-        let small = Refused::Input(Status::MemoryTooSmall);
-        let size = self.tree().size().ok_or(Refused::Squares)?;
+    ) -> Built<Header> {
+        let small = Status::MemoryTooSmall;
+        let size = self.tree().size().ok_or(Status::Overflow)?;
         let (work, room) = scratch.split_at_mut_checked(size.scratch).ok_or(small)?;
         let room = room.get_mut(..self.sums()).ok_or(small)?;
         let sums: &mut [f64] = try_cast_slice_mut(room).map_err(|_| small)?;

@@ -8,9 +8,9 @@ use crate::blob::Size;
 use crate::numeric::{exp2i, exponent};
 use crate::status::Status;
 use crate::wavelets::morton::MAX_DEPTH;
-use crate::wavelets::stored::{AnyTree, Facts, Header, Parts, Refused, mean_of, store};
+use crate::wavelets::stored::{AnyTree, Built, Facts, Header, Parts, mean_of, store};
 use crate::wavelets::tree::Link;
-use crate::wavelets::triple::{Wavelets, butterfly, shift};
+use crate::wavelets::triple::{Ancestors, Wavelets, butterfly, shift};
 
 /// Axes of a square.
 const AXES: u32 = 2;
@@ -59,8 +59,8 @@ pub fn size(list: &[Wavelets]) -> Option<Size> {
 /// Stores the tree of a set, whose values are raised to `least`, 0 or more.
 ///
 /// # Errors
-/// [`Refused`]: of the input [`Status::InvalidArgument`], if values are too large beside the average.
-pub fn build_in(set: Sparse, least: f64, memory: &mut [u8]) -> core::result::Result<Header, Refused> {
+/// [`Built`]; [`Status::InvalidArgument`], if values are too large beside the average.
+pub fn build_in(set: Sparse, least: f64, memory: &mut [u8]) -> Built<Header> {
     // -0 counts as 0, or it would be stored.
     let least = max_f64(least, 0.0);
     store(memory, AXES, squares(set.wavelets), |averages, links| {
@@ -69,7 +69,7 @@ pub fn build_in(set: Sparse, least: f64, memory: &mut [u8]) -> core::result::Res
         let mean = to_tree(set, least, exp2i(-power), averages, links);
         let (depth, average) = (depth(set.wavelets), mean as f32);
         if !AnyTree::trusted(AXES, depth, average, averages, links).is_sound() {
-            return Err(Refused::Input(Status::InvalidArgument));
+            return Err(Status::InvalidArgument.into());
         }
         Ok(Facts { depth, mean: mean_of(mean, power, power)?, error: 0.0, exponent: power, average })
     })
@@ -82,9 +82,9 @@ pub fn build_in(set: Sparse, least: f64, memory: &mut [u8]) -> core::result::Res
 pub fn to_tree(set: Sparse, least: f64, scale: f64, averages: &mut [f32], links: &mut [Link]) -> f64 {
     let mut squares = averages.chunks_exact_mut(4);
     for level in 0..MAX_DEPTH {
-        let mut way = Way::new(set);
+        let mut way = Ancestors::new(set.average, set.wavelets, butterfly);
         for (position, square) in above(set.wavelets, level).zip(&mut squares) {
-            let children = way.on((position, level));
+            let children = way.below((position, level));
             for (average, child) in square.iter_mut().zip(children) {
                 *average = (max_f64(child, least) * scale) as f32;
             }
@@ -128,49 +128,5 @@ fn link(list: &[Wavelets], links: &mut [Link]) {
             }
             *slot = if link.mask == 0 { Link::default() } else { link };
         }
-    }
-}
-
-/// Follows a set down to squares of one level, in order.
-struct Way<'a> {
-    rest: &'a [Wavelets],
-    /// The squares of the set that hold the present one, and the averages of their children.
-    stack: [((u32, u32), [f64; 4]); MAX_DEPTH as usize],
-    depth: usize,
-    average: f64,
-}
-
-impl<'a> Way<'a> {
-    fn new(set: Sparse<'a>) -> Self {
-        let stack = [((0, 0), [0.0; 4]); MAX_DEPTH as usize];
-        Way { rest: set.wavelets, stack, depth: 0, average: set.average }
-    }
-
-    /// The averages of the children of a square.
-    fn on(&mut self, key: (u32, u32)) -> [f64; 4] {
-        while let Some((next, rest)) = self.rest.split_first().filter(|(next, _)| next.key() < key) {
-            let children = self.children(next.key(), Some(next));
-            if let Some(slot) = self.stack.get_mut(self.depth) {
-                (*slot, self.depth) = ((next.key(), children), self.depth + 1);
-            }
-            self.rest = rest;
-        }
-        let own = self.rest.first().filter(|w| w.key() == key);
-        self.children(key, own)
-    }
-
-    /// The averages of the children of a square with these wavelets, after those that do not hold it have left the stack.
-    #[inline(never)]
-    fn children(&mut self, key: (u32, u32), own: Option<&Wavelets>) -> [f64; 4] {
-        let mut average = self.average;
-        while let Some((top, children)) = self.depth.checked_sub(1).and_then(|top| self.stack.get(top)) {
-            if top.1 < key.1 && (top.0 ^ key.0) >> shift(top.1) == 0 {
-                average = children[(key.0 >> shift(top.1 + 1) & 3) as usize];
-                break;
-            }
-            self.depth -= 1;
-        }
-        let [a, b, c] = own.map_or([0.0; 3], Wavelets::details);
-        butterfly([average, a, b, c])
     }
 }

@@ -2,9 +2,9 @@
 
 use crate::blob::{Magic, Part, header, write_header};
 use crate::numeric::{ContentHash, times_power};
-use crate::status::{Result, Status};
+use crate::status::{Error, Result, Status};
 use crate::wavelets::tree::{Link, MAX_DEPTH, Tree};
-use crate::wavelets::{inner, warp};
+use crate::wavelets::warp;
 use bytemuck::{Pod, Zeroable, try_cast_slice, try_cast_slice_mut};
 use core::ops::RangeInclusive;
 
@@ -129,18 +129,6 @@ impl<'a> AnyTree<'a> {
     /// As [`warp::warp_in_place`].
     pub fn warp_in_place(&self, points: &mut [f32], index: &mut [u32]) -> Result<()> {
         of_any!(self, AXES, tree => warp::warp_in_place(tree, groups_mut::<[f32; AXES]>(points), index))
-    }
-
-    /// The integral over the unit cube of the product with a tree of the first of these axes, at most as many; `None` if
-    /// that has more.
-    pub fn product_integral(&self, f: &AnyTree) -> Option<f64> {
-        use AnyTree::{Square, Tesseract};
-        match (self, f) {
-            (Square(e), Square(f)) => Some(inner::integral(e, f)),
-            (Tesseract(e), Square(f)) => Some(inner::integral(e, f)),
-            (Tesseract(e), Tesseract(f)) => Some(inner::integral(e, f)),
-            (Square(_), Tesseract(_)) => None,
-        }
     }
 }
 
@@ -302,26 +290,14 @@ impl<'a> Stored<'a> {
     }
 }
 
-/// Why a tree was not built.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Refused {
-    /// Its block is too short: the bytes that are needed.
-    Memory(usize),
-    /// The scratch block is too short: the bytes that are needed.
-    Scratch(usize),
-    /// It would have more squares than there can be.
-    Squares,
-    /// Its average is beyond a double, or below the smallest normal one.
-    Average,
-    /// What it is made of is at fault.
-    Input(Status),
-}
-
-impl From<Status> for Refused {
-    fn from(status: Status) -> Refused {
-        Refused::Input(status)
-    }
-}
+/// A tree that was built, or why not: a block that is too short, with its number among the arguments of a build and the bytes that are
+/// needed; [`Status::Overflow`] for more squares than there can be, or an average beyond a double or below the smallest normal one; else
+/// what is wrong with what the tree is made of.
+pub type Built<T> = core::result::Result<T, Error>;
+/// The number of a tree's block among the arguments of a build.
+const MEMORY: u32 = 2;
+/// That of the scratch block.
+pub(crate) const SCRATCH: u32 = 4;
 
 /// What a tree stores besides squares.
 #[derive(Clone, Copy, Debug)]
@@ -341,15 +317,15 @@ pub struct Facts {
 /// Stores a tree of so many squares: `fill` writes averages and links, and answers the rest.
 ///
 /// # Errors
-/// [`Refused`].
+/// [`Built`].
 pub fn store(
     memory: &mut [u8],
     axes: u32,
     squares: usize,
-    fill: impl FnOnce(&mut [f32], &mut [Link]) -> core::result::Result<Facts, Refused>,
-) -> core::result::Result<Header, Refused> {
-    let parts = Parts::new(axes, squares).ok_or(Refused::Squares)?;
-    let (averages, links) = parts.divide(memory).ok_or(Refused::Memory(parts.bytes))?;
+    fill: impl FnOnce(&mut [f32], &mut [Link]) -> Built<Facts>,
+) -> Built<Header> {
+    let parts = Parts::new(axes, squares).ok_or(Status::Overflow)?;
+    let (averages, links) = parts.divide(memory).ok_or(Error::too_small(MEMORY, parts.bytes))?;
     let Facts { depth, mean, error, exponent, average } = fill(averages, links)?;
     let mut header = Header {
         magic: Header::MAGIC,
@@ -372,12 +348,12 @@ pub fn store(
 /// The mean of a function from what is stored of it, `2^-power` of it; a tree with this exponent can have it.
 ///
 /// # Errors
-/// [`Refused::Average`].
-pub fn mean_of(stored: f64, power: i32, exponent: i32) -> core::result::Result<f64, Refused> {
+/// [`Status::Overflow`].
+pub fn mean_of(stored: f64, power: i32, exponent: i32) -> Built<f64> {
     let mean = times_power(stored, power);
     let lost = mean <= 0.0 && stored > 0.0;
     let fits = EXPONENTS.contains(&exponent) && mean <= f64::MAX && !lost;
-    if fits { Ok(mean) } else { Err(Refused::Average) }
+    if fits { Ok(mean) } else { Err(Status::Overflow.into()) }
 }
 
 /// A result in the units of the input from one in those of what is stored; `None` if it is beyond a double.

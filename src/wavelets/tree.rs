@@ -126,6 +126,23 @@ fn close<const C: usize>(square: usize, mean: f64, coarser: &mut [[f32; C]], ope
     mean
 }
 
+/// Whether squares, each with its first kept child and a mask of those, are a tree of at most so many levels in breadth-first order: every
+/// square but the first has exactly one parent before it, so there is no cycle.
+pub(crate) fn is_tree(depth: u32, squares: impl ExactSizeIterator<Item = (u32, u32)>) -> bool {
+    let (count, begin) = (squares.len(), usize::from(squares.len() > 0));
+    let (mut next, mut level, mut level_end) = (begin, 1, begin);
+    for (square, (first, mask)) in squares.enumerate() {
+        if square == level_end {
+            (level, level_end) = (level + 1, next);
+        }
+        if mask != 0 && first as usize != next || level > depth {
+            return false;
+        }
+        next += mask.count_ones() as usize;
+    }
+    next == count
+}
+
 impl<'a, const C: usize> Tree<'a, C> {
     /// A complete tree in heap order: child `c` of square `s` is square `C s + 1 + c`.
     ///
@@ -174,22 +191,14 @@ impl<'a, const C: usize> Tree<'a, C> {
         }
     }
 
-    /// Breadth-first order gives every square but the first exactly one parent before it: a tree without cycles.
     fn check_links(&self) -> Result<()> {
-        let first = usize::from(!self.squares.is_empty());
-        let (mut next, mut level, mut level_end) = (first, 1, first);
-        for (square, link) in self.links.iter().enumerate() {
-            if square == level_end {
-                (level, level_end) = (level + 1, next);
-            }
-            let children = link.mask.count_ones() as usize;
-            let in_order = children == 0 || link.first as usize == next;
-            if !in_order || u64::from(link.mask) >= 1 << C || level > self.depth {
-                return Err(Status::Corrupt);
-            }
-            next += children;
+        let masks = self.links.iter().all(|link| u64::from(link.mask) < 1 << C);
+        let links = self.links.iter().map(|link| (link.first, link.mask));
+        if masks && self.links.len() == self.squares.len() && is_tree(self.depth, links) {
+            Ok(())
+        } else {
+            Err(Status::Corrupt)
         }
-        if self.links.len() == self.squares.len() && next == self.squares.len() { Ok(()) } else { Err(Status::Corrupt) }
     }
 
     /// The grid has 2^depth cells per axis.

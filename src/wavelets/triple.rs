@@ -29,16 +29,6 @@ pub struct Wavelets {
 }
 
 impl Wavelets {
-    /// Whether `other` lies in this square and is smaller.
-    fn holds(&self, other: &Wavelets) -> bool {
-        self.level < other.level && (self.position ^ other.position) >> shift(self.level) == 0
-    }
-
-    /// The child that contains a smaller square.
-    fn child_towards(&self, other: &Wavelets) -> u32 {
-        other.position >> shift(self.level + 1) & 3
-    }
-
     /// What comes first in depth-first order.
     pub(crate) fn key(&self) -> (u32, u32) {
         (self.position, self.level)
@@ -136,43 +126,37 @@ impl Visit {
     fn is_shared(&self) -> bool {
         self.level < MAX_DEPTH && self.squares.iter().flatten().count() >= 2
     }
-}
 
-/// Squares that wait during a depth-first walk: three beside each on the path.
-pub(crate) const WAITING: usize = 3 * MAX_DEPTH as usize + 4;
+    /// Adds the integral over this square, on which no two functions vary.
+    fn add(&self, sum: &mut f64) {
+        *sum += area(self.level) * (self.averages[0] * self.averages[1] * self.averages[2]);
+    }
+
+    /// Adds the integral over this square. Recursion ends at the finest level.
+    fn add_below(&self, trees: [&Tree<4>; 3], sum: &mut f64) {
+        let children = [0, 1, 2, 3].map(|c| self.child(trees, c));
+        children.iter().rev().filter(|child| !child.is_shared()).for_each(|child| child.add(sum));
+        children.iter().filter(|child| child.is_shared()).for_each(|child| child.add_below(trees, sum));
+    }
+}
 
 /// The integral over the unit square of the product of three trees. One visit of each square that two of them keep; on its
 /// children that no two keep, the product of averages is exact. No term is negative, so the relative error is that of the
 /// stored averages, 3 2^-24 at most.
 pub fn integral(trees: [&Tree<4>; 3]) -> f64 {
-    let product = |visit: &Visit| area(visit.level) * (visit.averages[0] * visit.averages[1] * visit.averages[2]);
-    let root = Visit::root(trees);
-    if !root.is_shared() {
-        return product(&root);
-    }
-    let mut waiting = [Visit::default(); WAITING];
-    let (mut count, mut sum) = (0usize, 0.0);
-    let mut next = Some(root);
-    while let Some(visit) = next {
-        for c in (0..4).rev() {
-            let child = visit.child(trees, c);
-            if !child.is_shared() {
-                sum += product(&child);
-            } else if let Some(slot) = waiting.get_mut(count) {
-                *slot = child;
-                count += 1;
-            }
-        }
-        count = count.wrapping_sub(1);
-        next = waiting.get(count).copied();
+    let mut sum = 0.0;
+    match Visit::root(trees) {
+        root if root.is_shared() => root.add_below(trees, &mut sum),
+        root => root.add(&mut sum),
     }
     sum
 }
 
-/// A function's average on child `c` of a square.
-fn value(square: Square, c: u32) -> f64 {
-    let sign = |f: u32| if (f & c).count_ones() % 2 == 1 { -1.0 } else { 1.0 };
-    square[0] + (sign(1) * square[1] + sign(2) * square[2] + sign(3) * square[3])
+/// A function's averages on the children of a square.
+fn averages(square: Square) -> [f64; 4] {
+    let sign = |f: u32, c: u32| if (f & c).count_ones() % 2 == 1 { -1.0 } else { 1.0 };
+    let value = |c| square[0] + (sign(1, c) * square[1] + sign(2, c) * square[2] + sign(3, c) * square[3]);
+    [0, 1, 2, 3].map(value)
 }
 
 /// Averages over nested squares, as the sublinear algorithm asks for them.
@@ -279,52 +263,62 @@ pub fn sublinear<V: Quadtree>(
         let [a, b, c] = wavelets.details();
         sum += area(wavelets.level) * meet([0.0, a, b, c], l, v);
     }
-    let mut above = Ancestors::new(average, brdf);
+    let mut above = Ancestors::new(average, brdf, averages);
     let mut of_visible = Cursor::new(visible);
     for wavelets in kept_light.wavelets {
         let [_, a, b, c] = of_visible.look_up(wavelets);
         if [a, b, c] == [0.0; 3] {
             continue;
         }
-        let parents = above.average_on(wavelets) * kept_light.scale;
+        let parents = above.average_on(wavelets.key()) * kept_light.scale;
         let [l1, l2, l3] = wavelets.details();
         sum += area(wavelets.level) * parents * (l1 * a + l2 * b + l3 * c);
     }
     sum
 }
 
-/// The averages of an approximation on squares that come in depth-first order: lazy parent sums without a table. The
-/// squares of the approximation that hold the present one stand on a stack.
-struct Ancestors<'a> {
+/// The averages of an approximation on squares that come in depth-first order: lazy parent sums without a table.
+pub(crate) struct Ancestors<'a> {
     average: f64,
     rest: &'a [Wavelets],
-    stack: [(Wavelets, f64); MAX_DEPTH as usize],
+    /// The squares of the approximation that hold the present one, and the averages of their children.
+    stack: [((u32, u32), [f64; 4]); MAX_DEPTH as usize],
     depth: usize,
+    split: fn(Square) -> [f64; 4],
 }
 
 impl<'a> Ancestors<'a> {
-    fn new(average: f64, list: &'a [Wavelets]) -> Self {
-        Ancestors { average, rest: list, stack: [(Wavelets::default(), 0.0); MAX_DEPTH as usize], depth: 0 }
+    /// `split` gives the averages of the children of a square.
+    pub(crate) fn new(average: f64, list: &'a [Wavelets], split: fn(Square) -> [f64; 4]) -> Self {
+        Ancestors { average, rest: list, stack: [((0, 0), [0.0; 4]); MAX_DEPTH as usize], depth: 0, split }
     }
 
-    fn average_on(&mut self, wavelets: &Wavelets) -> f64 {
-        while let Some((next, rest)) = self.rest.split_first().filter(|(next, _)| next.key() < wavelets.key()) {
+    /// The average on a square.
+    fn average_on(&mut self, key: (u32, u32)) -> f64 {
+        while let Some((next, rest)) = self.rest.split_first().filter(|(next, _)| next.key() < key) {
             self.rest = rest;
-            let average = self.value(next);
+            let ([a, b, c], average) = (next.details(), self.value(next.key()));
+            let children = (self.split)([average, a, b, c]);
             if let Some(slot) = self.stack.get_mut(self.depth) {
-                *slot = (*next, average);
-                self.depth += 1;
+                (*slot, self.depth) = ((next.key(), children), self.depth + 1);
             }
         }
-        self.value(wavelets)
+        self.value(key)
+    }
+
+    /// The averages on the children of a square.
+    pub(crate) fn below(&mut self, key: (u32, u32)) -> [f64; 4] {
+        let average = self.average_on(key);
+        let [a, b, c] = self.rest.first().filter(|w| w.key() == key).map_or([0.0; 3], Wavelets::details);
+        (self.split)([average, a, b, c])
     }
 
     /// The average on a square, after those that do not hold it have left the stack.
-    fn value(&mut self, wavelets: &Wavelets) -> f64 {
-        while let Some((top, average)) = self.depth.checked_sub(1).and_then(|top| self.stack.get(top)) {
-            if top.holds(wavelets) {
-                let [a, b, c] = top.details();
-                return value([*average, a, b, c], top.child_towards(wavelets));
+    #[inline(never)]
+    fn value(&mut self, (position, level): (u32, u32)) -> f64 {
+        while let Some((top, children)) = self.depth.checked_sub(1).and_then(|top| self.stack.get(top)) {
+            if top.1 < level && (position ^ top.0) >> shift(top.1) == 0 {
+                return children[(position >> shift(top.1 + 1) & 3) as usize];
             }
             self.depth -= 1;
         }

@@ -6,8 +6,8 @@
 use crate::blob::{Magic, Part, Size, header, write_header};
 use crate::numeric::{ContentHash, inverse_power};
 use crate::status::{Result, Status};
-use crate::wavelets::tree::{MAX_DEPTH, Tree};
-use crate::wavelets::triple::{Quadtree, WAITING};
+use crate::wavelets::tree::{MAX_DEPTH, Tree, is_tree};
+use crate::wavelets::triple::Quadtree;
 use bytemuck::{Pod, Zeroable, try_cast_slice_mut};
 
 /// The first bytes of a stored map; its nodes follow.
@@ -125,7 +125,7 @@ impl<'a> Visibility<'a> {
         let header: &Header = header(bytes)?;
         header.length()?;
         let nodes = Part { offset: size_of::<Header>(), count: header.nodes as usize }.of(bytes);
-        Some(Visibility::trusted(header.average, nodes))
+        Some(Visibility { average: header.average, nodes })
     }
 
     /// The map that bytes hold, checked. Reads all bytes once.
@@ -144,77 +144,40 @@ impl<'a> Visibility<'a> {
     /// [`Status::Corrupt`] unless they are a tree of at most [`MAX_DEPTH`] levels in breadth-first order, and the average is
     /// a share.
     pub fn new(average: f32, nodes: &'a [Node]) -> Result<Visibility<'a>> {
-        let (mut next, mut level, mut level_end) = (usize::from(!nodes.is_empty()), 1, usize::from(!nodes.is_empty()));
-        for (number, node) in nodes.iter().enumerate() {
-            if number == level_end {
-                (level, level_end) = (level + 1, next);
-            }
-            let children = node.mask().count_ones() as usize;
-            let in_order = if children == 0 { node.below == 0 } else { node.first() as usize == next };
-            if !in_order || level > MAX_DEPTH || (level == MAX_DEPTH && children > 0) {
-                return Err(Status::Corrupt);
-            }
-            next += children;
-        }
-        let share = (0.0..=1.0).contains(&average);
-        if share && next == nodes.len() { Ok(Visibility { average, nodes }) } else { Err(Status::Corrupt) }
-    }
-
-    /// Nodes that [`compress`] wrote or [`Visibility::new`] accepted before. Others give meaningless values, no panic.
-    pub fn trusted(average: f32, nodes: &'a [Node]) -> Visibility<'a> {
-        Visibility { average, nodes }
+        let ended = nodes.iter().all(|node| node.mask() != 0 || node.below == 0);
+        let is_tree = is_tree(MAX_DEPTH, nodes.iter().map(|node| (node.first(), node.mask())));
+        let sound = ended && is_tree && (0.0..=1.0).contains(&average);
+        if sound { Ok(Visibility { average, nodes }) } else { Err(Status::Corrupt) }
     }
 
     /// The integral over the unit square of a tree that is seen through this map: a double product. One visit of each square
     /// that the map keeps, and exact where visibility is 0 or 1, since only squares on which it is constant add to the sum.
     pub fn product_integral(&self, tree: &Tree<4>) -> f64 {
-        let average = tree.average();
+        let (average, mut sum) = (tree.average(), 0.0);
         let Some(seen) = self.root_square() else { return f64::from(average) * f64::from(self.average) };
-        let mut waiting = [Pair::default(); WAITING];
-        let (mut next, mut count, mut sum) =
-            (Some(Pair { seen, square: tree.root_square(), average, level: 1 }), 0usize, 0.0);
-        while let Some(pair) = next {
-            let (values, node) = (pair.values(tree), self.node(pair.seen));
-            let mask = if pair.level < MAX_DEPTH { node.mask() } else { 0 };
-            let mut ended = 0.0;
-            for (c, (value, share)) in values.into_iter().zip(node.average).enumerate() {
-                ended += if mask >> c & 1 == 0 { f64::from(value) * f64::from(share) } else { 0.0 };
-            }
-            let mut below = node.first().wrapping_add(mask.count_ones());
-            for c in (0..4u32).rev().filter(|c| mask >> c & 1 == 1) {
-                below = below.wrapping_sub(1);
-                if let Some(slot) = waiting.get_mut(count) {
-                    let square = pair.square.and_then(|square| tree.child_square(square, c));
-                    *slot = Pair { seen: below, square, average: values[c as usize & 3], level: pair.level + 1 };
-                    count += 1;
-                }
-            }
-            sum += ended * f64::from(inverse_power(2 * pair.level));
-            count = count.wrapping_sub(1);
-            next = waiting.get(count).copied();
-        }
+        self.add_product(tree, [Some(seen), tree.root_square()], average, 1, &mut sum);
         sum * (1.0 / 255.0)
+    }
+
+    /// Adds 255 times the integral over a square of the map, where the tree has this square and average; `level` is that of the children.
+    fn add_product(&self, tree: &Tree<4>, [seen, square]: [Option<u32>; 2], average: f32, level: u32, sum: &mut f64) {
+        let Some(node) = seen.map(|seen| self.node(seen)) else { return };
+        let values = square.map_or([average; 4], |square| tree.children(square));
+        let mask = if level < MAX_DEPTH { node.mask() } else { 0 };
+        let mut ended = 0.0;
+        for (c, (value, share)) in values.into_iter().zip(node.average).enumerate() {
+            ended += if mask >> c & 1 == 0 { f64::from(value) * f64::from(share) } else { 0.0 };
+        }
+        *sum += ended * f64::from(inverse_power(2 * level));
+        for (c, value) in (0..4).zip(values).filter(|(c, _)| mask >> c & 1 == 1) {
+            let below =
+                [self.child_square(seen.unwrap_or(0), c), square.and_then(|square| tree.child_square(square, c))];
+            self.add_product(tree, below, value, level + 1, sum);
+        }
     }
 
     fn node(&self, square: u32) -> Node {
         self.nodes.get(square as usize).copied().unwrap_or_default()
-    }
-}
-
-/// A square of a map during a walk, and that of a tree, or the average of the tree where it has ended.
-#[derive(Clone, Copy, Default)]
-struct Pair {
-    seen: u32,
-    square: Option<u32>,
-    average: f32,
-    /// Of the children.
-    level: u32,
-}
-
-impl Pair {
-    #[inline(always)]
-    fn values(&self, tree: &Tree<4>) -> [f32; 4] {
-        self.square.map_or([self.average; 4], |square| tree.children(square))
     }
 }
 

@@ -13,8 +13,6 @@ use wis::ffi::sampler::*;
 use wis::ffi::sampling::*;
 use wis::ffi::visibility::*;
 use wis::ffi::wave::*;
-use wis::ffi::wavelets::grid::*;
-use wis::ffi::wavelets::sparse::*;
 use wis::ffi::wavelets::table::*;
 use wis::ffi::wavelets::tree::*;
 use wis::ffi::wavelets::triple::*;

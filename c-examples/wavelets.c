@@ -140,7 +140,7 @@ int main(void) {
     float points[SAMPLES][2];
     uint32_t index[SAMPLES];
     for (uint32_t i = 0; i < SAMPLES; i++) index[i] = i;
-    check(wis_points_sobol(wis_pixel_seed(0, 0, 0), 0, SAMPLES, points[0], sizeof points[0]));
+    check(wis_points_sobol(0, 0, SAMPLES, points[0], sizeof points[0]));
     check(wis_warp_in_place(product, points[0], index, SAMPLES, NULL));
 
     /* 6. Their directions, densities per steradian, and the way back. */

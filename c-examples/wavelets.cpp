@@ -101,7 +101,7 @@ static void run() {
     float points[samples][2];
     std::uint32_t index[samples];
     for (std::uint32_t i = 0; i < samples; i++) index[i] = i;
-    wis::pass(wis_points_sobol(wis_pixel_seed(0, 0, 0), 0, samples, points[0], sizeof points[0]));
+    wis::pass(wis_points_sobol(0, 0, samples, points[0], sizeof points[0]));
     product.warp(points[0], index, samples);
     for (std::uint32_t i = 0; i < samples; i++) {
         float wi[3], point[2], pdf = 0.0f, found = 0.0f, u[2];

@@ -8,9 +8,9 @@ use wis::blob::Size;
 use wis::points::sobol;
 use wis::sphere::{Frame, octahedral_direction, square};
 use wis::wavelets::combine::{add_in, multiply_in, product_size, sum_size};
-use wis::wavelets::pruned::Config;
+use wis::wavelets::image::Config;
 use wis::wavelets::rotated::Rotation;
-use wis::wavelets::stored::{Header, Refused, Stored};
+use wis::wavelets::stored::{Built, Header, Stored};
 use wis::wavelets::table::View;
 use wis::{Block, Map};
 
@@ -22,15 +22,12 @@ const SAMPLES: usize = 8;
 const BUDGET: f32 = 0.001;
 
 /// A tree in memory of its own.
-fn build(
-    size: Option<Size>,
-    tree: impl FnOnce(&mut [u8], &mut [u8]) -> Result<Header, Refused>,
-) -> Result<Vec<Block>, String> {
+fn build(size: Option<Size>, tree: impl FnOnce(&mut [u8], &mut [u8]) -> Built<Header>) -> Result<Vec<Block>, String> {
     let size = size.ok_or("no memory is as long")?;
     let mut memory = vec![Block::ZERO; Block::count(size.bytes)];
     let mut scratch = vec![Block::ZERO; Block::count(size.scratch)];
     let (memory_bytes, scratch) = (Block::bytes_mut(&mut memory), &mut Block::bytes_mut(&mut scratch)[..size.scratch]);
-    tree(memory_bytes, scratch).map_err(|refused| format!("{refused:?}"))?;
+    tree(memory_bytes, scratch).map_err(|error| error.to_string())?;
     Ok(memory)
 }
 

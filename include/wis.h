@@ -655,16 +655,10 @@ enum wis_status wis_invert(struct wis_sampler *sampler, const struct wis_environ
 
 /** @defgroup points Random numbers */ /** @{ */
 
-/// A seed for a pixel in a pass; seeds of neighbours and of passes are decorrelated. Work: constant.
-uint32_t wis_pixel_seed(uint32_t x, uint32_t y, uint32_t pass);
-
-/// Points `first` to `first + count - 1` of the Hammersley set of `total` points in the unit square; WIS_INVALID_ARGUMENT if those are more
-/// than `total`. No coordinate is exactly 0 or 1. `stride` in bytes from one point to the next; 0: packed. Work: count.
-enum wis_status wis_points_hammersley(uint32_t first, uint32_t count, uint32_t total, float *out, size_t stride);
-
 /// Points `first` to `first + count - 1` (at most 2^32 - 1, else WIS_OVERFLOW) of an Owen-scrambled Sobol (0,2)-sequence: each aligned
-/// block of 2^k points has one in every elementary interval of area 2^-k. Sequences of different seeds are independent. No coordinate is
-/// exactly 0 or 1. `stride` in bytes from one point to the next; 0: packed. Work: count.
+/// block of 2^k points has one in every elementary interval of area 2^-k. Sequences of different seeds are independent, also of numbers in
+/// a row: any that tells pixels and passes apart. No coordinate is exactly 0 or 1. `stride` in bytes from one point to the next; 0: packed.
+/// Work: count.
 enum wis_status wis_points_sobol(uint32_t seed, uint32_t first, size_t count, float *out, size_t stride);
 /** @} */
 

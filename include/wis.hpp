@@ -428,14 +428,6 @@ inline result<std::uint32_t> visibility_key(const float (&position)[3], const fl
     return key;
 }
 
-/// A seed for a pixel in a pass.
-inline std::uint32_t pixel_seed(std::uint32_t x, std::uint32_t y, std::uint32_t pass) noexcept {
-    return wis_pixel_seed(x, y, pass);
-}
-/// Points of the Hammersley set of `total` points, two numbers each; stride in bytes, 0: packed.
-inline status hammersley(std::uint32_t first, std::uint32_t count, std::uint32_t total, float *out, std::size_t stride = 0) {
-    return pass(wis_points_hammersley(first, count, total, out, stride));
-}
 /// Points of an Owen-scrambled Sobol sequence, two numbers each; stride in bytes, 0: packed.
 inline status sobol(std::uint32_t seed, std::uint32_t first, std::size_t count, float *out, std::size_t stride = 0) {
     return pass(wis_points_sobol(seed, first, count, out, stride));

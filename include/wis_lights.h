@@ -33,6 +33,16 @@ typedef struct wis_light {
   float extent; /**< The largest angle from the centre to a texel's centre in the stratum, in radians. */
 } wis_light;
 
+/// Directions uniform over the solid angle of a stratum: the paper's jitter, biased in shadow where the light varies inside the stratum.
+#define WIS_JITTER_UNIFORM 0
+
+/// Directions in proportion to the radiance of the texels: the light's `rgb` luminance x visibility is unbiased.
+#define WIS_JITTER_ENERGY 1
+
+/// The texels of every stratum, to place samples inside: bytes in your memory without pointers. Constant once built; any number of threads
+/// may use it at once. Nothing to free.
+typedef struct wis_jitter wis_jitter;
+
 /// How to cut a map into strata. Zeros stand for the paper's choices.
 typedef struct wis_strata_config {
   uint32_t size; /**< sizeof(wis_strata_config). */
@@ -43,6 +53,17 @@ typedef struct wis_strata_config {
   /// the light, (0, 1) with an `angle_limit` of 4 pi stratifies the sphere; null: 1 and 1/4.
   const float *exponents;
 } wis_strata_config;
+
+/// Which texel lies in which stratum, and how places are drawn.
+typedef struct wis_jitter_config {
+  uint32_t size; /**< sizeof(wis_jitter_config). */
+  uint32_t light_count; /**< Strata: the lights that wis_strata_lights placed. */
+  uint32_t distribution; /**< WIS_JITTER_*. */
+  uint32_t reserved; /**< Always 0. */
+  /// The light of each texel, width x height numbers below `light_count`: as wis_strata_lights found them. wis_jitter_size does not read
+  /// it.
+  const uint32_t *label;
+} wis_jitter_config;
 
 /// The memory that wis_strata_lights needs: `bytes` of lights and `scratch_bytes` of scratch. `map`: lat-long, without
 /// WIS_ENVIRONMENT_ROWS_AT_POLES; of its flags only WIS_ENVIRONMENT_SANITISE counts; filter and error budget do not matter. Work: constant.
@@ -58,27 +79,6 @@ enum wis_status wis_strata_size(const struct wis_environment_config *map, const 
 /// of each texel. Work: (lights + levels) x texels.
 enum wis_status wis_strata_lights(const struct wis_environment_config *map, const struct wis_strata_config *config, void *scratch,
     size_t scratch_bytes, struct wis_light *lights, uint32_t *light_count, uint32_t *label, struct wis_diagnostic *diagnostic);
-
-/// Directions uniform over the solid angle of a stratum: the paper's jitter, biased in shadow where the light varies inside the stratum.
-#define WIS_JITTER_UNIFORM 0
-
-/// Directions in proportion to the radiance of the texels: the light's `rgb` luminance x visibility is unbiased.
-#define WIS_JITTER_ENERGY 1
-
-/// The texels of every stratum, to place samples inside: bytes in your memory without pointers. Constant once built; any number of threads
-/// may use it at once. Nothing to free.
-typedef struct wis_jitter wis_jitter;
-
-/// Which texel lies in which stratum, and how places are drawn.
-typedef struct wis_jitter_config {
-  uint32_t size; /**< sizeof(wis_jitter_config). */
-  uint32_t light_count; /**< Strata: the lights that wis_strata_lights placed. */
-  uint32_t distribution; /**< WIS_JITTER_*. */
-  uint32_t reserved; /**< Always 0. */
-  /// The light of each texel, width x height numbers below `light_count`: as wis_strata_lights found them. wis_jitter_size does not read
-  /// it.
-  const uint32_t *label;
-} wis_jitter_config;
 
 /// The memory that wis_jitter_init needs for the strata of a lat-long map. Work: constant.
 enum wis_status wis_jitter_size(const struct wis_environment_config *map, const struct wis_jitter_config *config,

@@ -6,11 +6,11 @@ use crate::support::{Map, Memory};
 use std::ptr::{null, null_mut};
 use wis::ffi::MemorySize;
 use wis::ffi::light::{LightConfig, WIS_ENVIRONMENT_ROWS_AT_POLES, WIS_ENVIRONMENT_SANITISE, WIS_LAYOUT_OCTAHEDRAL};
-use wis::ffi::lights::jitter::{
+use wis::ffi::lights::{
     Jitter, JitterConfig, WIS_JITTER_ENERGY, WIS_JITTER_UNIFORM, wis_jitter_init, wis_jitter_pdf, wis_jitter_sample,
     wis_jitter_size, wis_strata_order,
 };
-use wis::ffi::lights::strata::{StrataConfig, wis_strata_lights, wis_strata_size};
+use wis::ffi::lights::{StrataConfig, wis_strata_lights, wis_strata_size};
 use wis::lights::strata::{Ball, Config, GROUP, Light, Scratch, stratify};
 use wis::sample::Sample;
 use wis::status::Status;

@@ -102,8 +102,6 @@ fn point_sets_come_at_any_stride() {
         assert_eq!((*a, b), (wis::points::sobol(7, i), [a[0], a[1], 9.0]));
     }
     let start = packed.as_flattened_mut().as_mut_ptr();
-    assert_eq!(unsafe { wis_points_hammersley(2, 3, 5, start, 0) }, Status::Ok);
     assert_eq!(unsafe { wis_points_sobol(0, u32::MAX, 1, start, 0) }, Status::Ok);
     assert_eq!(packed[0], wis::points::sobol(0, u32::MAX));
-    assert_eq!(wis_pixel_seed(1, 2, 3), wis::points::pixel_seed(1, 2, 3));
 }

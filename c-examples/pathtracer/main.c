@@ -107,7 +107,7 @@ static double render(Tracer *t, const Options *o, const Method *method, const wi
         }
         image[i] = vec3_make(0, 0, 0);
         memset(t->hits, 0, sizeof t->hits);
-        t->pixel = wis_pixel_seed(i % o->width, i / o->width, seed);
+        t->pixel = pixel_seed(i % o->width, i / o->width, seed);
         t->random = ((uint64_t)seed << 32) + i * 0x632be59bd9b4e019u;
         check(wis_sampler_begin_pixel(t->sampler));
         for (t->sample = 0; t->sample < spp; t->sample++) {

@@ -4,6 +4,7 @@
 
 #include "../direct.h"
 #include "../render/light.h"
+#include "../render/seed.h"
 #include "scene.h"
 
 enum { MAX_DEPTH = 4, MAX_RAYS = 4 };
@@ -31,7 +32,7 @@ typedef struct Tracer {
 /* Points in the unit square: independent ones, or those of this sample in a (0,2)-sequence for each pixel and dimension. */
 static void numbers(Tracer *t, uint32_t dimension, uint32_t count, float *u) {
     if (t->stratified) {
-        check(wis_points_sobol(wis_pixel_seed(t->pixel, dimension, 0), t->sample * count, count, u, 0));
+        check(wis_points_sobol(pixel_seed(t->pixel, dimension, 0), t->sample * count, count, u, 0));
     }
     for (uint32_t i = 0; !t->stratified && i < 2 * count; i++) { /* SplitMix64 */
         uint64_t z = t->random += 0x9e3779b97f4a7c15u;

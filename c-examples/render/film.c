@@ -54,7 +54,7 @@ static wis_status expose(const Pass *pass, Workspace *w, uint32_t x, uint32_t y)
     ShadingPoint point = {.x = x, .y = y, .sample = f->taken[pixel] - f->escaped[pixel]};
     float u[2] = {0.5f, 0.5f};
     Vec3 direction;
-    wis_status status = f->is_still ? WIS_OK : wis_points_sobol(wis_pixel_seed(x, y, numbers - 1), f->taken[pixel], 1, u, 0);
+    wis_status status = f->is_still ? WIS_OK : wis_points_sobol(pixel_seed(x, y, numbers - 1), f->taken[pixel], 1, u, 0);
     f->taken[pixel]++;
     direction = camera_direction(pass->camera, (float)x + u[0], (float)y + u[1]);
     if (status != WIS_OK || !scene_first_hit(pass->camera->eye, direction, &point)) {

@@ -78,7 +78,7 @@ static void add_light(Reflected *sum, const float wi[3], float weight) {
 
 /* Hits of a pixel go on in one sequence. */
 static wis_status draw_points(Workspace *w, const ShadingPoint *point, uint32_t pass, uint32_t count) {
-    return wis_points_sobol(wis_pixel_seed(point->x, point->y, pass), point->sample * count, count, w->u[0], 0);
+    return wis_points_sobol(pixel_seed(point->x, point->y, pass), point->sample * count, count, w->u[0], 0);
 }
 
 /* Balance heuristic. The density may be 0 where the map is black: such a sample counts, and brings nothing. */
@@ -125,7 +125,7 @@ static wis_status by_wis(Reflected *sum, Workspace *w, uint32_t pass, uint32_t c
     wis_point point = bsdf_point(sum->bsdf, &sum->lighting->shapes[at->object]);
     wis_portal portals[WIS_MAX_PORTALS];
     float position[3], normal[3];
-    point.seed = wis_pixel_seed(at->x, at->y, pass);
+    point.seed = pixel_seed(at->x, at->y, pass);
     point.sample = at->sample;
     point.portals = portals;
     point.portal_count = scene_portals(at, portals);

@@ -4,6 +4,7 @@
 
 #include "environment.h"
 #include "scene.h"
+#include "seed.h"
 
 typedef enum Method {
     METHOD_ENVIRONMENT,     /* the light's density alone */

@@ -436,17 +436,23 @@ pub fn sobol(seed: u32, first: u32, points: &mut [[f32; 2]]) -> Result<()> {
     check(unsafe { raw::wis_points_sobol(seed, first, points.len(), points.as_mut_ptr().cast(), 0) })
 }
 
-/// The Hammersley set of as many points as there is room for.
-pub fn hammersley(points: &mut [[f32; 2]]) -> Result<()> {
-    let count = points.len() as u32;
-    // SAFETY: the slice holds that many points.
-    check(unsafe { raw::wis_points_hammersley(0, count, count, points.as_mut_ptr().cast(), 0) })
+/// The Hammersley set of as many points as there is room for, of the cells that the library's points have.
+pub fn hammersley(points: &mut [[f32; 2]]) {
+    let count = points.len() as f64;
+    for (i, point) in (0u32..).zip(points) {
+        let y = (2 * (i.reverse_bits() >> 9) + 1) as f32 / 16_777_216.0;
+        *point = [((f64::from(i) + 0.5) / count) as f32, y];
+    }
 }
 
-/// The seed of a pixel in a pass.
+/// A seed of a pixel in a pass, of nested hashes (Wellons 2018, "lowbias32").
 pub fn pixel_seed(pixel: [u32; 2], pass: u32) -> u32 {
-    // SAFETY: a pure function of numbers.
-    unsafe { raw::wis_pixel_seed(pixel[0], pixel[1], pass) }
+    let mix = |x: u32| {
+        let x = (x ^ x >> 16).wrapping_mul(0x7feb_352d);
+        let x = (x ^ x >> 15).wrapping_mul(0x846c_a68b);
+        x ^ x >> 16
+    };
+    mix(pixel[0] ^ mix(pixel[1] ^ mix(pass)))
 }
 
 /// A lat-long map as directional lights, and the number of the light of each texel.

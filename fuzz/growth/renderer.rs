@@ -57,9 +57,6 @@ fn light(w: &mut World, texels: usize) -> f64 {
 fn small(w: &mut World) {
     w.curve("wis_status_string", "status", &[1, 1000], constant, |_, n| vec![("status", n as f64)]);
     w.curve("wis_version", "call", &[1, 4], constant, |_, _| vec![]);
-    w.curve("wis_pixel_seed", "x", &[1, 1 << 30], constant, |_, n| {
-        ["x", "y", "pass"].map(|name| (name, n as f64)).into()
-    });
     w.curve("wis_visibility_key", "position", &[1, 1 << 30], constant, |w, n| {
         vec![("position", w.floats(&[n as f32; 3])), ("normal", w.floats(&[0.0, 0.0, 1.0])), ("cell", 1.0)]
     });
@@ -307,9 +304,6 @@ pub fn inputs<'a>(w: &mut World, function: &str, count: usize) -> Values<'a> {
 }
 
 fn points(w: &mut World) {
-    w.curve("wis_points_hammersley", "count", &COUNTS, linear, |_, n| {
-        vec![("first", 0.0), ("count", n as f64), ("total", n as f64)]
-    });
     w.curve("wis_points_sobol", "count", &COUNTS, linear, |_, n| {
         vec![("seed", 1.0), ("first", 0.0), ("count", n as f64)]
     });

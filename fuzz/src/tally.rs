@@ -25,11 +25,7 @@ impl Tally {
     pub fn add(&mut self, row: &Row, status: u32, stack: usize, seconds: f64) {
         let of = self.rows.entry(row.name).or_default();
         *of.statuses
-            .entry(if row.name == "wis_status_string" || row.name == "wis_pixel_seed" || row.name == "wis_version" {
-                0
-            } else {
-                status
-            })
+            .entry(if row.name == "wis_status_string" || row.name == "wis_version" { 0 } else { status })
             .or_default() += 1;
         of.stack = of.stack.max(stack);
         of.seconds = of.seconds.max(seconds);

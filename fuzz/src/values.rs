@@ -417,13 +417,11 @@ fn whole(case: &mut Case, parameter: &Parameter) -> (u64, u64) {
     if case.function.name == "wis_environment_run" {
         return crate::building::portion(case);
     }
-    let number = |name: &str| case.number(name).unwrap_or(1) as u64;
     let name = case.function.name.as_str();
     let mut random = case.random;
     let value = match parameter.name.as_str() {
         "count" if name == "wis_triple_blend" => (1 + random.below(5) as u64, 20),
         "count" if name == "wis_product_prepare" => (1 + random.below(5) as u64, 5),
-        "count" if name == "wis_points_hammersley" => (random.below(50) as u64, 100),
         "count" if name == "wis_direct_wave" => (random.below(40) as u64, 100),
         "count" => {
             let count = random.pick(&[0, 1, 1, 2, 3, 7, 8, 9, 16, 17, 64, 100]) as u64;
@@ -434,7 +432,6 @@ fn whole(case: &mut Case, parameter: &Parameter) -> (u64, u64) {
                 (count, 100)
             }
         }
-        "total" => (number("first") + number("count"), u64::MAX),
         "rays" => (1 + random.below(8) as u64, 4999),
         "picks" => (random.below(40) as u64, 100),
         "keep" | "room" => (random.pick(&[0, 1, 10, 60, 2000]), 2000),

@@ -90,9 +90,33 @@ impl Config {
         let ([start, order, rank, cumulative], whole) = self.parts();
         let mut room = Room::new(memory);
         let _: &mut [Header] = room.take(1);
-        let (start, order) = (room.take(start.count), room.take(order.count));
-        let parts = Parts { start, order, rank: room.take(rank.count), cumulative: room.take(cumulative.count) };
-        build(labels, weight, solid_angle, parts)?;
+        let (start, order): (&mut [u32], &mut [u32]) = (room.take(start.count), room.take(order.count));
+        let (rank, cumulative): (&mut [u32], &mut [f64]) = (room.take(rank.count), room.take(cumulative.count));
+        for &label in labels {
+            *start.get_mut(label as usize).filter(|_| label < self.lights).ok_or(Status::InvalidArgument)? += 1;
+        }
+        // First where each stratum ends; placing its texels from the last one moves that to where it begins.
+        let mut end = 0;
+        for slot in start.iter_mut() {
+            end += *slot;
+            *slot = end;
+        }
+        for (texel, &label) in labels.iter().enumerate().rev() {
+            let Some(place) = start.get_mut(label as usize) else { continue };
+            *place = place.wrapping_sub(1);
+            if let (Some(order), Some(rank)) = (order.get_mut(*place as usize), rank.get_mut(texel)) {
+                (*order, *rank) = (texel as u32, *place);
+            }
+        }
+        // A stratum of weight 0 is uniform.
+        for bounds in start.windows(2) {
+            let &[first, end] = bounds else { continue };
+            let members = order.get(first as usize..end as usize).unwrap_or(&[]);
+            let sums = cumulative.get_mut(first as usize..end as usize).unwrap_or(&mut []);
+            if sum_up(members, &weight, sums) <= 0.0 {
+                sum_up(members, &solid_angle, sums);
+            }
+        }
         let bytes = whole.bytes().ok_or(Status::MemoryTooSmall)? as u64;
         let Config { size, lights } = *self;
         let (magic, frame) = (Header::MAGIC, frame.to_array());
@@ -115,51 +139,6 @@ pub struct Jitter<'a> {
     pub rank: &'a [u32],
     /// Probabilities of the texels of a stratum, summed up in the order of `order`; each stratum ends at 1.
     pub cumulative: &'a [f64],
-}
-
-/// Where a [`Jitter`] is made.
-struct Parts<'a> {
-    start: &'a mut [u32],
-    order: &'a mut [u32],
-    rank: &'a mut [u32],
-    cumulative: &'a mut [f64],
-}
-
-/// Sorts texels by strata and sums up their weights; a stratum of weight 0 is uniform by `solid_angle`.
-fn build(
-    labels: &[u32],
-    weight: impl Fn(usize) -> f64,
-    solid_angle: impl Fn(usize) -> f64,
-    Parts { start, order, rank, cumulative }: Parts<'_>,
-) -> Result<()> {
-    let strata = start.len().saturating_sub(1);
-    start.fill(0);
-    for &label in labels {
-        let label = label as usize;
-        *start.get_mut(label).filter(|_| label < strata).ok_or(Status::InvalidArgument)? += 1;
-    }
-    // First where each stratum ends; placing its texels from the last one moves that to where it begins.
-    let mut end = 0;
-    for slot in start.iter_mut() {
-        end += *slot;
-        *slot = end;
-    }
-    for (texel, &label) in labels.iter().enumerate().rev() {
-        let Some(place) = start.get_mut(label as usize) else { continue };
-        *place = place.wrapping_sub(1);
-        if let (Some(order), Some(rank)) = (order.get_mut(*place as usize), rank.get_mut(texel)) {
-            (*order, *rank) = (texel as u32, *place);
-        }
-    }
-    for bounds in start.windows(2) {
-        let &[first, end] = bounds else { continue };
-        let members = order.get(first as usize..end as usize).unwrap_or(&[]);
-        let sums = cumulative.get_mut(first as usize..end as usize).unwrap_or(&mut []);
-        if sum_up(members, &weight, sums) <= 0.0 {
-            sum_up(members, &solid_angle, sums);
-        }
-    }
-    Ok(())
 }
 
 /// Writes the normalised running sums of weights; answers the total.

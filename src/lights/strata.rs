@@ -10,7 +10,7 @@
 
 use crate::blob::{Room, Size};
 use crate::light::pixels::Rows;
-use crate::lights::map::Map;
+use crate::lights::Map;
 use crate::numeric::is_float;
 use crate::sphere::latlong_solid_angle;
 use crate::status::{Error, Result, Status};

@@ -10,8 +10,7 @@ use wis::direct::Ray;
 use wis::ffi::MemorySize;
 use wis::ffi::check::CheckConfig;
 use wis::ffi::light::*;
-use wis::ffi::lights::jitter::*;
-use wis::ffi::lights::strata::*;
+use wis::ffi::lights::*;
 use wis::ffi::material::{MaterialData, PointData};
 use wis::ffi::product::*;
 use wis::ffi::sampler::*;
@@ -276,7 +275,6 @@ impl Scene {
             "keep" | "brdf_count" | "light_count" => 2,
             "average" | "brdf_average" | "light" | "threshold" | "bound" => 1,
             "u" => 0,
-            "total" => 8,
             "side" => 4,
             "rays" => RAYS,
             "places" => PLACES as usize,

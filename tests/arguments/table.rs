@@ -4,8 +4,7 @@ use wis::ffi::check::*;
 use wis::ffi::check_point::*;
 use wis::ffi::direct::*;
 use wis::ffi::light::*;
-use wis::ffi::lights::jitter::*;
-use wis::ffi::lights::strata::*;
+use wis::ffi::lights::*;
 use wis::ffi::material::*;
 use wis::ffi::points::*;
 use wis::ffi::product::*;
@@ -77,8 +76,6 @@ pub const TABLE: &[Entry] = table! {
     wis_invert(sampler, environment, product, count, wi, wi_stride, u, u_stride, status);
     wis_check(sampler, environment, config, info);
     wis_check_point(sampler, environment, point, verdict);
-    wis_pixel_seed(x, y, pass);
-    wis_points_hammersley(first, count, total, out, stride);
     wis_points_sobol(seed, first, count, out, stride);
     wis_table_view(slice_count, normal, wo, slice, weight, world_from_tree);
     wis_strata_size(map, config, size, diagnostic);

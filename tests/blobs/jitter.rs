@@ -5,7 +5,7 @@ use crate::arguments::block::Block;
 use crate::support::light_config;
 use std::ptr::{dangling, null, null_mut};
 use wis::ffi::light::WIS_LAYOUT_LATLONG;
-use wis::ffi::lights::jitter::*;
+use wis::ffi::lights::*;
 use wis::ffi::{Diagnostic, MemorySize};
 use wis::sample::Sample;
 use wis::status::Status;

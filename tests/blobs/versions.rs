@@ -7,7 +7,7 @@ use std::ffi::{CStr, c_void};
 use std::ptr::{null, null_mut};
 use wis::ffi::Diagnostic;
 use wis::ffi::light::wis_environment_open;
-use wis::ffi::lights::jitter::wis_jitter_open;
+use wis::ffi::lights::wis_jitter_open;
 use wis::ffi::product::wis_product_open;
 use wis::ffi::wavelets::tree::wis_tree_open;
 use wis::ffi::wavelets::visibility::wis_visibility_open;

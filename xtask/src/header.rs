@@ -59,7 +59,7 @@ const HEADERS: [Header; 3] = [
     },
     Header {
         file: "wis_lights.h",
-        sources: &["src/lights/strata.rs", "src/ffi/lights/strata.rs", "src/ffi/lights/jitter.rs"],
+        sources: &["src/lights/strata.rs", "src/ffi/lights.rs"],
         groups: &[(0, "lights", "Directional lights")],
         introduction: include_str!("wis_lights.h"),
     },

@@ -93,7 +93,7 @@ fn drawn(page: &mut Paper, lit: &Lit) -> Result<()> {
         ("product", &product, colours(lit, Some(&brdf))),
     ]) {
         let mut points = vec![[0.0; 2]; 100];
-        client::hammersley(&mut points)?;
+        client::hammersley(&mut points);
         tree.warp(&mut points, &mut (0..100).collect::<Vec<u32>>())?;
         draw(&mut sheet, [column, 0], &pixels, name);
         points.iter().for_each(|point| sheet.dot([column, 0], [point[1], point[0]], CYAN));
@@ -142,7 +142,7 @@ pub fn point_sets(page: &mut Paper, lit: &Lit) -> Result<()> {
         (0..).zip([("the map", &light_tree, &light), ("its product with GGX 0.5", &product, &pixels)])
     {
         let mut hammersley = vec![[0.0; 2]; POINTS];
-        client::hammersley(&mut hammersley)?;
+        client::hammersley(&mut hammersley);
         let mut sobol = vec![[0.0; 2]; POINTS];
         points::sobol(1, 0, &mut sobol);
         let (masses, mut afters) = (Masses::new(pixels), [0.0; 3]);
@@ -201,7 +201,7 @@ pub fn convergence(page: &mut Paper, lit: &Lit) -> Result<()> {
         }
         for (errors, count) in errors.iter_mut().zip(COUNTS) {
             let mut hammersley = vec![[0.0; 2]; count];
-            client::hammersley(&mut hammersley)?;
+            client::hammersley(&mut hammersley);
             // Rotated by a random vector, or all pixels would have the same points.
             let turn = random(2 * number + 1, 1)[0];
             for u in &mut hammersley {

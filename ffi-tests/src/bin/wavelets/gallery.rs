@@ -145,8 +145,8 @@ fn rows(scene: &Scene, tables: &[Tables], lit: &Lit, few: bool) -> Result<Vec<Ro
     let mut runs = vec![[0.0; 2]; tables.len()];
     let mut pictures: Vec<[Vec<f64>; 7]> = tables.iter().map(|_| Default::default()).collect();
     let [mut set, mut many] = [SAMPLES[usize::from(few)], MANY].map(|count| vec![[0.0; 2]; count]);
-    client::hammersley(&mut set)?;
-    client::hammersley(&mut many)?;
+    client::hammersley(&mut set);
+    client::hammersley(&mut many);
     let mut scratch = Block::new(0);
     for point in &scene.points {
         let (slices, weights, frame) = client::table_view(SLICES, point.normal.to_array(), point.wo.to_array())?;

@@ -1,17 +1,95 @@
-//! Places inside strata in C.
+//! The boundary of `wis_lights.h`: structured importance sampling, a map as directional lights, and places inside their strata.
 
-use crate::ffi::light::LightConfig;
-use crate::ffi::lights::strata::read_map;
-use crate::ffi::memory::{block_mut, handle, stored_or};
-use crate::ffi::{
+use super::light::{LightConfig, PixelRows, read_config};
+use super::memory::{block_mut, handle, stored_or};
+use super::{
     Checked, Diagnostic, MemorySize, answer, borrow, out, put, put_size, require, require_all, sized, slice, slice_mut,
 };
-use crate::lights::jitter::{self, Config, Header, Jitter as Table};
+use crate::light::chart::Layout;
+use crate::light::pixels::Pixels;
+use crate::lights::jitter::{Config as TableConfig, Header, Jitter as Table, order};
+use crate::lights::{Map, strata};
 use crate::sample::Sample;
 use crate::sphere::Frame;
 use crate::status::{Error, Status};
 use core::ffi::c_void;
 use core::ptr::null_mut;
+
+/// How to cut a map into strata. Zeros stand for the paper's choices.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct StrataConfig {
+    /// sizeof(wis_strata_config).
+    pub size: u32,
+    /// Lights to place; there may be more where many small bright regions are each worth a light.
+    pub count: u32,
+    /// Layers of brightness, cut at multiples of the map's standard deviation, at most 64; 0: 6.
+    pub levels: u32,
+    /// The solid angle in sr from which on the size of a region does not count; 0: 0.01.
+    pub angle_limit: f32,
+    /// Two exponents, at least 0 and at most 8, of radiance and of solid angle: how much a region counts. (1, 0) is
+    /// importance sampling of the light, (0, 1) with an `angle_limit` of 4 pi stratifies the sphere; null: 1 and 1/4.
+    pub exponents: *const f32,
+}
+
+/// The memory that wis_strata_lights needs: `bytes` of lights and `scratch_bytes` of scratch. `map`: lat-long, without
+/// WIS_ENVIRONMENT_ROWS_AT_POLES; of its flags only WIS_ENVIRONMENT_SANITISE counts; filter and error budget do not matter.
+/// Work: constant.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_strata_size(
+    map: *const LightConfig,
+    config: *const StrataConfig,
+    size: *mut MemorySize,
+    diagnostic: *mut Diagnostic,
+) -> Status {
+    // SAFETY: the caller's contract.
+    answer(diagnostic, || unsafe {
+        let (config, ..) = read(map, config)?;
+        put_size(size, 3, config.size().ok_or(Error::new(Status::Overflow, 1)))
+    })
+}
+
+/// Cuts a map into strata and gives each as a directional light (Agarwal et al. 2003): bright regions get more lights
+/// than dark ones of the same energy, and lights of a region stand apart. The lights' `rgb` add up to the integral of
+/// radiance over the sphere. Written are `light_count` lights, in the order of importance in which they were placed; 0
+/// for a black map. The result depends on nothing but the map and the config. WIS_OVERFLOW if the light of a stratum is no
+/// float.
+///
+/// `lights` holds `bytes` of wis_strata_size. `label` may be null; else it holds width x height numbers, and gets the
+/// number of the light of each texel. Work: (lights + levels) x texels.
+///
+/// # Safety
+/// Pointers are null or point to what the header says; nobody else uses the memory meanwhile.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_strata_lights(
+    map: *const LightConfig,
+    config: *const StrataConfig,
+    scratch: *mut c_void,
+    scratch_bytes: usize,
+    lights: *mut strata::Light,
+    light_count: *mut u32,
+    label: *mut u32,
+    diagnostic: *mut Diagnostic,
+) -> Status {
+    // SAFETY: the caller's contract.
+    answer(diagnostic, || unsafe {
+        let (config, map, rows) = read(map, config)?;
+        let size = config.size().ok_or(Error::new(Status::Overflow, 1))?;
+        let block = block_mut(scratch, scratch_bytes, size.scratch, 3)?;
+        let lights = slice_mut(lights, config.capacity(), 5)?;
+        let light_count = out(light_count, 6)?;
+        let label = if label.is_null() { &mut [] } else { slice_mut(label, config.texels(), 7)? };
+        let written = config.lights_in(&map, &rows, block, lights, label).map_err(|error| match error.status {
+            Status::InvalidArgument => error.instead(2),
+            _ => error.of_build([1, 3]),
+        })?;
+        light_count.write(written as u32);
+        Ok(())
+    })
+}
 
 /// Directions uniform over the solid angle of a stratum: the paper's jitter, biased in shadow where the light varies
 /// inside the stratum.
@@ -57,7 +135,7 @@ pub unsafe extern "C" fn wis_jitter_size(
     // SAFETY: the caller's contract.
     answer(diagnostic, || unsafe {
         let (map, _) = read_map(map)?;
-        let config = Config { size: map.size, lights: checked(config)?.light_count };
+        let config = TableConfig { size: map.size, lights: checked(config)?.light_count };
         put_size(size, 3, config.size().ok_or(Error::new(Status::Overflow, 1)))
     })
 }
@@ -82,7 +160,7 @@ pub unsafe extern "C" fn wis_jitter_init(
     answer(diagnostic, || unsafe {
         let (map, rows) = read_map(map)?;
         let &JitterConfig { light_count, distribution, label, .. } = checked(config)?;
-        let config = Config { size: map.size, lights: light_count };
+        let config = TableConfig { size: map.size, lights: light_count };
         let size = config.size().ok_or(Error::new(Status::Overflow, 1))?;
         let labels: &[u32] = slice(label, config.texels(), 2).map_err(|at| at.of(c"label"))?;
         let block = block_mut(memory, bytes, size.bytes, 3)?;
@@ -188,9 +266,60 @@ pub unsafe extern "C" fn wis_strata_order(
         require_all(contribution, 2, |c| (0.0..=f32::MAX).contains(c))?;
         require((0.0..=1.0).contains(&threshold), Status::InvalidArgument, 3)?;
         let index = slice_mut(index, count, 4)?;
-        out(traced, 5)?.write(jitter::order(contribution, threshold.into(), index) as u32);
+        out(traced, 5)?.write(order(contribution, threshold.into(), index) as u32);
         Ok(())
     })
+}
+
+/// Checks the configuration of a lat-long map, the first argument.
+///
+/// # Safety
+/// The pointer is null or points to what the header says.
+unsafe fn read_map(map: *const LightConfig) -> Checked<(Map, PixelRows)> {
+    // SAFETY: the caller's contract.
+    let (request, rows) = unsafe { read_config(map)? };
+    let of = &request.plan.of;
+    Error::first([(of.layout == Layout::LatLong, c"layout"), (!of.rows_at_poles, c"flags")])
+        .map_err(|error| error.instead(1))?;
+    let pixels = Pixels { absolute: false, ..request.pixels };
+    Ok((Map { size: [of.width, of.height], pixels, frame: request.frame }, rows))
+}
+
+/// Checks a map and how to cut it.
+///
+/// # Safety
+/// The pointers are null or point to what the header says.
+unsafe fn read(map: *const LightConfig, config: *const StrataConfig) -> Checked<(strata::Config, Map, PixelRows)> {
+    // SAFETY: the caller's contract.
+    let (map, rows, given, exponents) = unsafe {
+        let (map, rows) = read_map(map)?;
+        let given = sized(config, 2)?;
+        let exponents = match given.exponents.is_null() {
+            true => &[1.0, 0.25],
+            false => slice(given.exponents, 2, 2).map_err(|at| at.of(c"exponents"))?,
+        };
+        (map, rows, given, exponents)
+    };
+    let limit = if given.angle_limit == 0.0 { 0.01 } else { given.angle_limit };
+    Error::first([
+        (given.levels <= 64, c"levels"),
+        (limit > 0.0 && limit <= f32::MAX, c"angle_limit"),
+        (exponents.iter().all(|exponent| (0.0..=8.0).contains(exponent)), c"exponents"),
+    ])
+    .map_err(|error| error.instead(2))?;
+    let exponent = |i: usize| exponents.get(i).map_or(0.0, |&exponent| f64::from(exponent));
+    let [width, height] = map.size;
+    let config = strata::Config {
+        levels: if given.levels == 0 { 6 } else { given.levels },
+        radiance_exponent: exponent(0),
+        angle_exponent: exponent(1),
+        angle_limit: if given.angle_limit == 0.0 { 0.01 } else { f64::from(limit) },
+        ..strata::Config::new(width, height, given.count)
+    };
+    if config.texels() >= u32::MAX as usize {
+        return Err(Error::new(Status::Overflow, 1).of(c"height"));
+    }
+    Ok((config, map, rows))
 }
 
 /// A configuration, checked but for its labels.

@@ -211,7 +211,7 @@ typedef struct wis_sampler_config {
   uint32_t cpu_level; /**< WIS_CPU_*. Never changes a bit of the results. WIS_INVALID_ARGUMENT for a level that this processor lacks. */
   uint32_t rays; /**< The most rays of one call, 1 to 4096; 0: 16. */
   /// Candidates for each ray, 1 to 256, rounded up to powers of two, at least 16 a call: 1 to 16 are the same for one ray. 0: chosen by
-  /// rays, point and lobes; 4 is better in rooms that have neither portals nor a visibility cache.
+  /// rays, point and lobes, for cheap and expensive rays alike.
   uint32_t candidates_per_ray;
   /// First hits of a pixel, between calls of wis_sampler_begin_pixel; 0: unknown. From 16 on they share products: 15 kB more.
   uint32_t hits_per_pixel;
@@ -328,9 +328,9 @@ enum wis_status wis_base(const struct wis_environment *environment, const float 
 /// L(wi) V(wi)`. The sum is unbiased for any BRDF and radiance that vanish outside the point's hemisphere and where the built light is 0.
 ///
 /// `rays`: at most as many as the sampler was made for (WIS_INVALID_ARGUMENT). `ray_count`: how many there are, 0 (no light) to `rays`.
-/// Rays are picked among candidates, half from the light and half from the lobes. One ray has 16 (all lobes diffuse), 32, or 64 (a lobe
-/// below 0.15). Of several rays each has 16 (12 if all lobes are diffuse), beyond 16 rays 8; 2048 in all at the most. Where the visibility
-/// cache of the point knows that little of the light was seen, they are 8 for each ray.
+/// Rays are picked among candidates, half from the light and half from the lobes. One ray has 16, or 64 for a lobe below 0.15. Of up to 8
+/// rays each has 16 (8 if all lobes are diffuse), beyond 8; 2048 in all at the most. Where the visibility cache of the point knows that
+/// little of the light was seen, each has 8.
 ///
 /// Portals of the point add 8 candidates for each ray, at least 16. WIS_INVALID_ARGUMENT for one that is not finite or has no right angle:
 /// `y` of the fault is its number. If all are left out, rays are those without portals; none with WIS_POINT_PORTALS_COMPLETE.

@@ -329,9 +329,7 @@ impl Surface {
             let (own, density) = match &lobe.shape {
                 LobeShape::Lambert(side) => lobe.diffuse(*side, wi),
                 LobeShape::Ggx(ggx) => lobe.glossy(&ggx.reflect(wi)),
-                LobeShape::GgxTransmission(ggx, eta) => lobe.glossy(&ggx.transmit(wi, *eta)),
-                LobeShape::Phong(phong) => lobe.phong(phong, wi),
-                LobeShape::PhongFromBelow(drawn) => lobe.phong_from_below(drawn, self.wo, wi),
+                _ => F::apart(EvalRare { lobe, wo: self.wo, wi }),
             };
             (value, pdf) = (value + own, pdf + density);
         }
@@ -377,11 +375,7 @@ impl Surface {
                     let wi = ggx.sample_reflection(u);
                     only(zero.lt(wi[2]), wi)
                 }
-                LobeShape::GgxTransmission(ggx, eta) => {
-                    let wi = ggx.sample_transmission(u, *eta);
-                    only(wi[2].lt(zero), wi)
-                }
-                LobeShape::Phong(phong) | LobeShape::PhongFromBelow(phong) => phong.sample(u),
+                _ => F::apart(SampleRare { lobe, u }),
             };
             wi = [F::select(here, x, wi[0]), F::select(here, y, wi[1]), F::select(here, z, wi[2])];
         }
@@ -461,6 +455,50 @@ impl<F: Num> Apart<F> for Sample<'_, F> {
     #[inline(always)]
     fn run(self) -> [F; 3] {
         self.surface.sample_here(self.u)
+    }
+}
+
+/// A lobe of a kind that few materials have: apart, so that it is no code between that of others.
+struct EvalRare<'a, F: Num> {
+    lobe: &'a Lobe,
+    wo: [f32; 3],
+    wi: [F; 3],
+}
+
+impl<F: Num> Apart<F> for EvalRare<'_, F> {
+    type Output = (F, F);
+
+    #[inline(always)]
+    fn run(self) -> (F, F) {
+        let EvalRare { lobe, wo, wi } = self;
+        match &lobe.shape {
+            LobeShape::GgxTransmission(ggx, eta) => lobe.glossy(&ggx.transmit(wi, *eta)),
+            LobeShape::Phong(phong) => lobe.phong(phong, wi),
+            LobeShape::PhongFromBelow(drawn) => lobe.phong_from_below(drawn, wo, wi),
+            _ => (F::splat(0.0), F::splat(0.0)),
+        }
+    }
+}
+
+/// As [`EvalRare`]: its directions.
+struct SampleRare<'a, F: Num> {
+    lobe: &'a Lobe,
+    u: [F; 2],
+}
+
+impl<F: Num> Apart<F> for SampleRare<'_, F> {
+    type Output = [F; 3];
+
+    #[inline(always)]
+    fn run(self) -> [F; 3] {
+        match &self.lobe.shape {
+            LobeShape::GgxTransmission(ggx, eta) => {
+                let wi = ggx.sample_transmission(self.u, *eta);
+                only(wi[2].lt(F::splat(0.0)), wi)
+            }
+            LobeShape::Phong(phong) | LobeShape::PhongFromBelow(phong) => phong.sample(self.u),
+            _ => [F::splat(0.0); 3],
+        }
     }
 }
 

@@ -13,7 +13,7 @@ use super::joint::{Set, Sets};
 use super::portals::Portals;
 use crate::brdf::point::Target;
 use crate::brdf::surface::Surface;
-use crate::light::radiance::Source;
+use crate::light::radiance::{Source, Texels};
 use crate::simd::{GROUP, Num, places};
 use crate::sphere::{Frame, octahedral_square};
 use crate::visibility::{CELLS, Factors, cells};
@@ -65,56 +65,87 @@ pub struct Draw<'a> {
     pub portals: Option<&'a Portals>,
 }
 
-/// Candidates, one for each lane.
-struct Drawn<F: Num> {
-    direction: [F; 3],
-    density: F,
-    weight: F,
+/// Candidates that were found, but for their directions: where the light is read, and one over the density among the strata.
+#[derive(Clone, Copy)]
+struct Found<F: Num> {
+    texels: Texels<F>,
+    inverse: F,
 }
 
 impl Draw<'_> {
     /// Draws all candidates into room for as many. Sets have as many points as there are candidates of the light, and of the lobes.
+    ///
+    /// In a renderer what is read of the light is far away. So all strata are prefetched before candidates are found, from the last to the first; and
+    /// their texels before those that were found earlier are weighed.
     #[inline(always)]
-    pub fn fill<F: Num>(&self, [mut sets, of_lobes]: [&Sets; 2], groups: &mut [Group]) {
-        let [light, lobes, portals] = self.counts.groups();
+    pub fn fill<F: Num>(&self, [sets, of_lobes]: [&Sets; 2], groups: &mut [Group]) {
+        let sources @ [light, lobes, _] = self.counts.groups();
         // Whole numbers of 32 bits become numbers in one instruction.
-        let counted = [light, lobes, portals].map(|groups| (GROUP * groups) as i32 as f32);
-        let (mut set, mut first) = (Set::Light, 0);
-        for (number, group) in groups.iter_mut().enumerate() {
-            if number == light {
-                (set, sets, first) = (Set::Lobes, of_lobes, 0);
-            }
-            if number == light + lobes {
-                set = Set::Portals;
-            }
+        let counted = sources.map(|groups| (GROUP * groups) as i32 as f32);
+        for (number, group) in groups.iter_mut().take(light + lobes).enumerate() {
+            let of_light = number < light;
+            let (set, sets, first) = if of_light { (Set::Light, sets, 0) } else { (Set::Lobes, of_lobes, light) };
             for at in places::<F>() {
-                let drawn = self.draw::<F>(set, sets.at(set, first + at as u32), (group, at), counted);
-                group.put_direction(at, drawn.direction);
-                drawn.density.write(&mut group.density, at);
-                drawn.weight.write(&mut group.weight, at);
+                let [u, v] = sets.at::<F>(set, (GROUP * (number - first) + at) as u32);
+                if of_light {
+                    self.light.prefetch(u);
+                }
+                u.write(&mut group.density, at);
+                v.write(&mut group.weight, at);
             }
-            first += GROUP as u32;
+        }
+        let registers = GROUP / F::WIDTH;
+        let mut found = Found { texels: Texels::none(), inverse: F::splat(0.0) };
+        for register in (0..=registers * groups.len()).rev() {
+            let earlier = found;
+            if let Some(next) = register.checked_sub(1)
+                && let Some(group) = groups.get_mut(next / registers)
+            {
+                found = self.find(next / registers, next % registers * F::WIDTH, sources, group);
+            }
+            let number = register / registers;
+            if let Some(group) = groups.get_mut(number) {
+                self.weigh(number < light, earlier, counted, group, register % registers * F::WIDTH);
+            }
         }
     }
 
-    /// Weighs candidates of one source, which are drawn for two numbers of each; those of portals are given as directions. `counted`: how many
-    /// candidates each source has.
+    /// Finds candidates in a group, and prefetches the texels there. Two numbers of each stand in place of densities and weights; those of portals
+    /// are given as directions. `sources`: groups of each.
     #[inline(always)]
-    fn draw<F: Num>(&self, set: Set, numbers: [F; 2], given: (&Group, usize), counted: [f32; 3]) -> Drawn<F> {
-        let Draw { light, surface, portals, .. } = *self;
-        let of_light = matches!(set, Set::Light);
-        let (direction, face, position, inverse) = if of_light {
+    fn find<F: Num>(
+        &self,
+        number: usize,
+        at: usize,
+        [of_light, of_lobes, _]: [usize; 3],
+        group: &mut Group,
+    ) -> Found<F> {
+        let Draw { light, surface, .. } = *self;
+        let numbers = [F::at(&group.density, at), F::at(&group.weight, at)];
+        let (direction, face, position, inverse) = if number < of_light {
             light.sample(numbers)
         } else {
-            let direction = if matches!(set, Set::Portals) {
-                given.0.directions(given.1)
-            } else {
+            let direction = if number < of_light + of_lobes {
                 surface.to_map(surface.sample_here(numbers))
+            } else {
+                group.directions(at)
             };
             let place = light.chart.place(direction);
             (direction, place.face, place.position, F::splat(1.0))
         };
-        let radiance = light.radiance.at(&light.chart, face, position);
+        group.put_direction(at, direction);
+        let texels = light.radiance.texels(&light.chart, face, position);
+        light.radiance.prefetch(&texels);
+        Found { texels, inverse }
+    }
+
+    /// Weighs candidates that [`Draw::find`] found. `counted`: how many candidates each source has.
+    #[inline(always)]
+    fn weigh<F: Num>(&self, of_light: bool, found: Found<F>, counted: [f32; 3], group: &mut Group, at: usize) {
+        let Draw { light, surface, portals, .. } = *self;
+        let Found { texels, inverse } = found;
+        let direction = group.directions::<F>(at);
+        let radiance = light.radiance.of(&texels);
         let stand_in = light.stand_in(radiance);
         let local = surface.to_local(direction);
         let (value, lobes) = surface.eval_here(local);
@@ -140,11 +171,8 @@ impl Draw<'_> {
             (Some(_), Some(through)) => (counts, F::select(zero.lt(through), density, zero - density)),
             _ => (counts, density),
         };
-        Drawn {
-            direction,
-            density: F::select(counts, density, F::splat(f32::INFINITY)),
-            weight: F::only(counts, weight),
-        }
+        F::select(counts, density, F::splat(f32::INFINITY)).write(&mut group.density, at);
+        F::only(counts, weight).write(&mut group.weight, at);
     }
 }
 

@@ -7,6 +7,8 @@ use super::visibility::factors;
 use super::{answer, borrow, out, put, require, slice_mut};
 use crate::direct::Ray;
 use crate::direct::sampler::Sequence;
+use crate::light::environment::Header;
+use crate::simd::prefetch_all;
 use crate::status::Status;
 use core::ptr::null_mut;
 
@@ -60,6 +62,9 @@ pub unsafe extern "C" fn wis_direct(
     ray: *mut Ray,
     ray_count: *mut u32,
 ) -> Status {
+    // In a renderer they are far away, and needed one after the other.
+    prefetch_all(environment.cast::<Header>());
+    prefetch_all(point);
     // SAFETY: the caller's contract, also for what stands inside.
     unsafe {
         with_sampler(sampler, |sampler| {

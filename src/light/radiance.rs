@@ -6,7 +6,7 @@
 //! an error budget leaves out what the map does not need. Without a budget one tile holds all faces.
 
 use super::chart::{Chart, Layout};
-use crate::simd::{Num, Whole};
+use crate::simd::{Num, Whole, prefetch};
 
 /// log2 of the words that a tile's first word is a multiple of.
 pub const TILE_ALIGNMENT: i32 = 3;
@@ -39,7 +39,7 @@ pub struct Radiance<'a> {
     pub tiles: &'a [u32],
     /// log2 of the patches along a tile.
     pub tile: u32,
-    /// Of a map of one tile: the words of a row and of a face, and the last patch along each axis.
+    /// The words of a row, and of a map of one tile those of a face, and the last patch along each axis.
     pub stride: u32,
     pub face: u32,
     pub last: [f32; 2],
@@ -54,16 +54,34 @@ impl<'a> Radiance<'a> {
         let [columns, rows] = chart.axes.map(|axis| axis.patches);
         // Patches are at most 2^24.
         let last = [columns, rows].map(|patches| patches.wrapping_sub(1) as i32 as f32);
-        let stride = columns.wrapping_add(1);
-        let face = stride.wrapping_mul(rows.wrapping_add(1));
+        let row = columns.wrapping_add(1);
+        let face = row.wrapping_mul(rows.wrapping_add(1));
+        // Of the finest tile.
+        let stride = if tile == ONE_TILE { row } else { (1 << (tile & 31)) + 1 };
         Radiance { words, tiles, tile, stride, face, last, part: if bilinear { 1.0 } else { 0.0 } }
     }
 }
 
-impl Radiance<'_> {
-    /// The radiance at positions on faces.
+/// Where the radiance at some positions stands: the first words of pairs, how far the pairs below are, and the parts of the way to the next words.
+#[derive(Clone, Copy)]
+pub struct Texels<F: Num> {
+    first: F::Whole,
+    stride: F::Whole,
+    parts: [F; 2],
+}
+
+impl<F: Num> Texels<F> {
+    /// Those of no position.
     #[inline(always)]
-    pub fn at<F: Num>(&self, chart: &Chart, face: F, [column, row]: [F; 2]) -> F {
+    pub fn none() -> Texels<F> {
+        Texels { first: F::Whole::splat(0), stride: F::Whole::splat(0), parts: [F::splat(0.0); 2] }
+    }
+}
+
+impl Radiance<'_> {
+    /// Where the radiance at positions on faces stands.
+    #[inline(always)]
+    pub fn texels<F: Num>(&self, chart: &Chart, face: F, [column, row]: [F; 2]) -> Texels<F> {
         let [columns, rows] = chart.axes;
         let zero = F::splat(0.0);
         let (x, y) = ((column + columns.shift).max(zero), (row + rows.shift).max(zero));
@@ -74,9 +92,24 @@ impl Radiance<'_> {
             self.in_tile(chart, face, [x, y])
         };
         let (i, j) = (x.min(last_x).to_whole(), y.min(last_y).to_whole());
-        let at = first + j * stride + i;
-        let (above, below) = (F::pairs(self.words, at), F::pairs(self.words, at + stride));
-        let (s, t) = ((x - F::of_whole(i)) * self.part, (y - F::of_whole(j)) * self.part);
+        let parts = [(x - F::of_whole(i)) * self.part, (y - F::of_whole(j)) * self.part];
+        Texels { first: first + j * stride + i, stride, parts }
+    }
+
+    /// Prefetches what [`Radiance::of`] reads.
+    #[inline(always)]
+    pub fn prefetch<F: Num>(&self, texels: &Texels<F>) {
+        let below = self.words.get(self.stride as usize..).unwrap_or_default();
+        for first in F::ints_of(texels.first).as_ref() {
+            prefetch(self.words, *first as usize);
+            prefetch(below, *first as usize);
+        }
+    }
+
+    /// The radiance of texels.
+    #[inline(always)]
+    pub fn of<F: Num>(&self, &Texels { first, stride, parts: [s, t] }: &Texels<F>) -> F {
+        let (above, below) = (F::pairs(self.words, first), F::pairs(self.words, first + stride));
         let line = |pair: F::Whole| {
             let left = F::from_bits(pair.shl::<16>());
             let right = F::from_bits(pair & F::Whole::splat(0xffff_0000));
@@ -155,6 +188,15 @@ impl Source<'_> {
         let density = (first * first + (F::splat(EVEN_SLOPE) - first) * (u * (4.0 * EVEN_SLOPE))).sqrt();
         let t = (u * (2.0 * EVEN_SLOPE) / (first + density)).min(F::splat(1.0));
         (self.begin(start) + length * t, density)
+    }
+
+    /// Prefetches the strata of first numbers in (0, 1).
+    #[inline(always)]
+    pub fn prefetch<F: Num>(&self, u: F) {
+        let index = (u * (self.strata.len() as i32 as f32)).to_whole();
+        for byte in F::ints_of(index.shl::<4>()).as_ref() {
+            prefetch::<u8>(bytemuck::cast_slice(self.strata), *byte as usize);
+        }
     }
 
     /// Directions of map space for two numbers in (0, 1); the face and position of each, and one over its density.

@@ -50,14 +50,27 @@ pub fn rank16(window: &[u16; WINDOW], x: u16, limit: usize) -> usize {
 /// Asks for the cache line of an element; nothing happens if there is none.
 #[inline(always)]
 pub fn prefetch<T>(table: &[T], index: usize) {
+    ask(table.as_ptr().wrapping_add(index));
+}
+
+/// Asks for all cache lines of what a pointer points to, if anything.
+#[inline(always)]
+pub fn prefetch_all<T>(start: *const T) {
+    for line in (0..size_of::<T>()).step_by(64) {
+        ask(start.cast::<u8>().wrapping_add(line));
+    }
+}
+
+#[inline(always)]
+fn ask<T>(place: *const T) {
     #[cfg(target_arch = "x86_64")]
     {
         use core::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
         // SAFETY: SSE is part of x86-64; a prefetch reads nothing, so any address will do.
-        unsafe { _mm_prefetch::<_MM_HINT_T0>(table.as_ptr().wrapping_add(index).cast()) }
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(place.cast()) }
     }
     #[cfg(not(target_arch = "x86_64"))]
-    let _ = (table, index);
+    let _ = place;
 }
 
 /// The square root, correctly rounded, in the encoding of the function that it is inlined into: mixing encodings of vector

@@ -1,6 +1,7 @@
 //! Calls by the names of their parameters. What is not given follows from the header: strides, diagnostics and inputs are 0, outputs and
 //! handles have room of their own, and blocks are as long as the size query says.
 
+use crate::arguments::DEFAULTS;
 use crate::count;
 use anyhow::Result;
 use std::collections::BTreeMap;
@@ -22,6 +23,9 @@ pub struct World {
     addresses: BTreeMap<String, usize>,
     only: String,
     counted: usize,
+    /// What the row sets, and n.
+    settings: Vec<(String, String)>,
+    size: f64,
     blocks: Vec<Vec<u128>>,
     /// What several curves read, by a name: built once, with the sizes that were asked for last.
     kept: BTreeMap<String, (f64, [usize; 2])>,
@@ -31,22 +35,13 @@ pub struct World {
     pub sizes: [usize; 2],
 }
 
-/// How the work must relate to the statement.
-#[derive(Clone, Copy, PartialEq)]
-enum Relation {
-    /// It grows with it.
-    As,
-    /// Most of it may be another input's.
-    AtMost,
-}
-
 impl World {
     pub fn new(library: &str, only: &str) -> Result<World> {
         let headers = Headers::read();
         let addresses = addresses(library, &headers)?;
-        let (kept, kept_blocks) = (BTreeMap::new(), Vec::new());
-        let only = only.into();
-        Ok(World { headers, addresses, only, counted: 0, blocks: Vec::new(), kept, kept_blocks, sizes: [0; 2] })
+        let (kept, kept_blocks, blocks, settings) = (BTreeMap::new(), Vec::new(), Vec::new(), Vec::new());
+        let (only, counted, size, sizes) = (only.into(), 0, 0.0, [0; 2]);
+        Ok(World { headers, addresses, only, counted, settings, size, blocks, kept, kept_blocks, sizes })
     }
 
     /// What `make` answers, made at the first call with that name: what no later call writes.
@@ -62,57 +57,77 @@ impl World {
         made
     }
 
-    /// Measures a function at each size of an input, with the arguments that `of` answers. `stated`: what its work is at most proportional
-    /// to, and grows with.
-    pub fn curve<'a>(
-        &mut self,
-        function: &str,
-        input: &str,
-        sizes: &[usize],
-        stated: impl Fn(f64) -> f64,
-        of: impl FnMut(&mut World, usize) -> Values<'a>,
-    ) {
-        self.places((function, input, Relation::As), sizes, stated, of);
-    }
-
-    /// As `curve`, where most of the work may be another input's.
-    pub fn at_most<'a>(
-        &mut self,
-        function: &str,
-        input: &str,
-        sizes: &[usize],
-        stated: impl Fn(f64) -> f64,
-        of: impl FnMut(&mut World, usize) -> Values<'a>,
-    ) {
-        self.places((function, input, Relation::AtMost), sizes, stated, of);
-    }
-
-    fn places<'a>(
-        &mut self,
-        (function, input, relation): (&str, &str, Relation),
-        sizes: &[usize],
-        stated: impl Fn(f64) -> f64,
-        mut of: impl FnMut(&mut World, usize) -> Values<'a>,
-    ) {
+    /// Measures a function at each size of an input, as a row of curves.txt has it.
+    pub fn curve(&mut self, row: &str) {
+        let columns: Vec<&str> = row.split(';').map(str::trim).collect();
+        let [function, input, grows, sizes, settings] = columns[..] else { panic!("{row}") };
         if !function.contains(&self.only) {
             return;
         }
-        for &size in sizes {
+        let setting = |word: &str| word.split_once('=').map(|(name, value)| (name.to_string(), value.to_string()));
+        self.settings = settings.split_whitespace().map(|word| setting(word).expect(row)).collect();
+        let declared = self.headers.functions.iter().find(|declared| declared.name == function).expect(row);
+        let is_known = |name: &str| declared.has(name) || name.contains('.') || name == "order";
+        assert!(
+            self.settings.iter().all(|(name, _)| is_known(name) || DEFAULTS.iter().any(|of| of.0 == name)),
+            "{row}"
+        );
+        for size in sizes.split_whitespace().map(|size| size.parse::<f64>().expect(row)) {
             self.blocks.clear();
-            let values = of(self, size);
-            let stated = values.iter().find(|value| value.0 == "stated").map_or(stated(size as f64), |value| value.1);
-            let measured = if input.contains("bytes by") || input.contains("scratch by") {
+            self.size = size;
+            let stated = match grows.trim_start_matches("<= ") {
+                "1" => 1.0,
+                "n" => size,
+                "sqrt n" => size.sqrt(),
+                "log n" => size.log2(),
+                "n log n" => size * size.log2(),
+                _ => panic!("{row}"),
+            };
+            let is_later = matches!(function, "wis_environment_run" | "wis_environment_finish");
+            let values = if is_later { self.begun() } else { Values::new() };
+            let asked = ["bytes by", "scratch by"].iter().position(|answer| input.contains(answer));
+            let measured = if let Some(asked) = asked {
                 self.call(function, &values);
-                self.sizes[usize::from(input.contains("scratch by"))].to_string()
+                self.sizes[asked].to_string()
             } else {
                 self.counted += 1;
                 let label = self.counted.to_string();
                 self.run(function, &values, Some(&label));
                 format!("count {label}")
             };
-            let relation = if relation == Relation::As { "as" } else { "at most" };
+            let relation = if grows.starts_with("<= ") { "at most" } else { "as" };
             println!("{function}\t{input}\t{relation}\t{size}\t{stated}\t{measured}");
         }
+    }
+
+    /// A word of the row.
+    pub fn word(&self, name: &str) -> Option<&str> {
+        self.settings.iter().find(|setting| setting.0 == name).map(|setting| setting.1.as_str())
+    }
+
+    /// What the row, or else the defaults, set: a number, n or a part of it, or a constant.
+    pub fn setting(&self, name: &str) -> Option<f64> {
+        let default = || DEFAULTS.iter().find(|default| default.0 == name).map(|default| default.1);
+        self.word(name).map(|text| self.value(text)).or_else(default)
+    }
+
+    fn value(&self, text: &str) -> f64 {
+        let part = |rest: &str| self.size / rest.strip_prefix('/').map_or(1.0, |by| by.parse().expect(by));
+        let other = || if text.starts_with("WIS_") { self.constant(text) } else { text.parse().expect(text) };
+        text.strip_prefix('n').map_or_else(other, part)
+    }
+
+    pub fn number(&self, name: &str) -> f64 {
+        self.setting(name).unwrap_or_else(|| panic!("{name} is not set"))
+    }
+
+    pub fn whole(&self, name: &str) -> usize {
+        self.number(name) as usize
+    }
+
+    /// The value that a call was given, or that the row sets.
+    pub fn given(&self, values: &Values, name: &str) -> f64 {
+        values.iter().find(|value| value.0 == name).map_or_else(|| self.number(name), |value| value.1)
     }
 
     /// Calls a function that must succeed. Answers the memory that it wrote its object to, if it is a builder.
@@ -124,12 +139,10 @@ impl World {
         let function = self.headers.functions.iter().find(|function| function.name == name).expect(name).clone();
         let mut values = values.clone();
         let lacks = |values: &Values, name: &str| function.has(name) && values.iter().all(|value| value.0 != name);
-        if lacks(&values, "memory") || lacks(&values, "scratch") {
+        let is_built = !name.ends_with("_open") && !name.ends_with("_turn");
+        if is_built && (lacks(&values, "memory") || lacks(&values, "scratch")) {
             self.call(&function.size_query(), &values);
-            let count = values
-                .iter()
-                .find(|value| value.0 == "count" && name.ends_with("_prepare"))
-                .map_or(1, |value| value.1 as usize);
+            let count = if name.ends_with("_prepare") { self.given(&values, "count") as usize } else { 1 };
             // What needs scratch memory alone says so in either place.
             let [bytes, scratch_bytes] = self.sizes;
             let scratch_bytes = if scratch_bytes == 0 { bytes } else { scratch_bytes };
@@ -143,6 +156,7 @@ impl World {
         let (mut integers, mut floats, mut size) = (Vec::new(), Vec::new(), None);
         for parameter in &function.parameters {
             let given = values.iter().find(|value| value.0 == parameter.name).map(|value| value.1);
+            let given = given.or_else(|| self.argument(&function, parameter, &values));
             let value = given.unwrap_or_else(|| self.absent(&function, parameter));
             if parameter.name == "size" {
                 size = Some(value as usize);
@@ -223,9 +237,14 @@ impl World {
         self.bytes(values.iter().map(|value| (*value as u64).to_le_bytes().into()))
     }
 
-    /// A struct with its size and some fields.
+    /// A struct with its size, some fields, and those that the row sets.
     pub fn of(&mut self, name: &str, fields: &Values) -> f64 {
-        self.list(name, std::slice::from_ref(fields))
+        let (settings, kind) = (self.settings.clone(), name.trim_start_matches("wis_").trim_end_matches("_config"));
+        let own = settings
+            .iter()
+            .filter_map(|(path, value)| Some((path.strip_prefix(kind)?.strip_prefix('.')?, self.value(value))));
+        let own: Values = own.collect();
+        self.list(name, &[[&fields[..], &own].concat()])
     }
 
     /// Structs one after the other.

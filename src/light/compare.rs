@@ -145,8 +145,8 @@ struct Compared<'a, 'b, 'c> {
     tolerance: f32,
     renderer: Renderer<'b, 'c>,
     /// Drawn from the light, and as many spread over the sphere.
-    wi: [[f32; 3]; DIRECTIONS],
-    luminance: [f32; DIRECTIONS],
+    wi: &'b mut [[f32; 3]; DIRECTIONS],
+    luminance: &'b mut [f32; DIRECTIONS],
 }
 
 /// A renderer's radiance: writes the colour of each direction, and answers whether it could.
@@ -158,6 +158,9 @@ pub type Radiance<'a> = dyn FnMut(&[[f32; 3]], &mut [[f32; 3]]) -> bool + 'a;
 /// The number of the direction at which it could not, or at which a channel is NaN, infinite or negative.
 pub fn compare(environment: &Environment<'_>, radiance: &mut Radiance<'_>) -> Result<Comparison, usize> {
     let (header, of, light) = (environment.header(), environment.description(), environment.light());
+    // Apart, so that the stack holds them once.
+    let mut wi = [[0.0; 3]; DIRECTIONS];
+    let mut luminance = [0.0; DIRECTIONS];
     let mut compared = Compared {
         light,
         frame: environment.frame(),
@@ -167,8 +170,8 @@ pub fn compare(environment: &Environment<'_>, radiance: &mut Radiance<'_>) -> Re
         mean: header.mean as f32,
         tolerance: AGREES + 2.0 * header.error as f32,
         renderer: Renderer { radiance, asked: 0 },
-        wi: [[0.0; 3]; DIRECTIONS],
-        luminance: [0.0; DIRECTIONS],
+        wi: &mut wi,
+        luminance: &mut luminance,
     };
     compared.look(&environment.frame())?;
     let as_built = compared.as_built();
@@ -342,7 +345,7 @@ impl Compared<'_, '_, '_> {
     fn clamped(&self, as_built: &Hypothesis) -> Hypothesis {
         let limit = self.luminance.iter().fold(0.0, |most, l| max(most, *l));
         let (mut least, mut most, mut light) = (f32::INFINITY, 0.0, [0.0; HALF]);
-        self.luminances(as_built, &self.wi, &mut light);
+        self.luminances(as_built, self.wi, &mut light);
         for &light in light.iter().filter(|light| **light > limit) {
             (least, most) = (min(least, light), max(most, light));
         }
@@ -446,8 +449,8 @@ impl Compared<'_, '_, '_> {
     #[inline(never)]
     fn fitted(&self, by: Hypothesis) -> Hypothesis {
         let mut light = [0.0; DIRECTIONS];
-        self.luminances(&by, &self.wi, &mut light);
-        let scale = ratio(&self.luminance, &light, DARK * self.mean);
+        self.luminances(&by, self.wi, &mut light);
+        let scale = ratio(self.luminance, &light, DARK * self.mean);
         let mut halves = self.luminance.chunks(HALF).zip(light.chunks(HALF));
         let [drawn, spread] =
             [(); 2].map(|()| halves.next().map_or(0.0, |(seen, light)| self.error(seen, light, scale)));

@@ -182,7 +182,8 @@ enum wis_status wis_environment_size(const struct wis_environment_config *config
 /// Builds an environment on one thread. `memory`: where the environment goes; a multiple of 64 as its address makes look-ups from cold
 /// caches cheaper. `scratch`: may be freed afterwards. `environment` receives the handle, which is the address of `memory`.
 /// WIS_INVALID_TEXEL: the diagnostic names column and row. WIS_MEMORY_TOO_SMALL: the diagnostic tells the bytes that are needed; an error
-/// budget needs fewer than wis_environment_size says. A map of 1024 x 512 RGB floats costs 15 to 90 ms, a budget 0.1 s more. Work: texels.
+/// budget needs fewer than wis_environment_size says. A map of 1024 x 512 RGB floats costs 15 to 90 ms, a budget 0.2 to 0.4 s more. Work:
+/// texels.
 enum wis_status wis_environment_init(const struct wis_environment_config *config, void *memory, size_t bytes, void *scratch,
     size_t scratch_bytes, const struct wis_environment **environment, struct wis_diagnostic *diagnostic);
 
@@ -213,12 +214,12 @@ typedef struct wis_sampler_config {
   /// Candidates for each ray, 1 to 256, rounded up to powers of two, at least 16 a call: 1 to 16 are the same for one ray. 0: chosen by
   /// rays, point and lobes, for cheap and expensive rays alike.
   uint32_t candidates_per_ray;
-  /// First hits of a pixel, between calls of wis_sampler_begin_pixel; 0: unknown. From 16 on they share products: 15 kB more.
+  /// First hits of a pixel, between calls of wis_sampler_begin_pixel; 0: unknown. From 16 on they share products: 16 kB more.
   uint32_t hits_per_pixel;
   uint32_t reserved; /**< Always 0. */
 } wis_sampler_config;
 
-/// The bytes that a sampler needs: 8 kB for 16 rays, 2 kB for one to four. Work: constant.
+/// The bytes that a sampler needs: 5 kB for 16 rays, 2 kB for one to four. Work: constant.
 enum wis_status wis_sampler_size(const struct wis_sampler_config *config, struct wis_memory_size *size, struct wis_diagnostic *diagnostic);
 
 /// Makes a sampler in `memory`. Detects the processor's instructions, which takes microseconds: once for a thread. Work: bytes.

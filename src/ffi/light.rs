@@ -86,7 +86,7 @@ pub unsafe extern "C" fn wis_environment_size(
 /// from cold caches cheaper. `scratch`: may be freed afterwards. `environment` receives the handle, which is the address of
 /// `memory`. WIS_INVALID_TEXEL: the diagnostic names column and row. WIS_MEMORY_TOO_SMALL: the diagnostic tells the bytes that
 /// are needed; an error budget needs fewer than wis_environment_size says. A map of 1024 x 512 RGB floats costs 15 to 90 ms,
-/// a budget 0.1 s more. Work: texels.
+/// a budget 0.2 to 0.4 s more. Work: texels.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; blocks are as long as stated and nobody else uses them.

@@ -36,7 +36,7 @@ pub struct SamplerConfig {
     /// Candidates for each ray, 1 to 256, rounded up to powers of two, at least 16 a call: 1 to 16 are the same for one ray. 0: chosen by rays,
     /// point and lobes, for cheap and expensive rays alike.
     pub candidates_per_ray: u32,
-    /// First hits of a pixel, between calls of wis_sampler_begin_pixel; 0: unknown. From 16 on they share products: 15 kB more.
+    /// First hits of a pixel, between calls of wis_sampler_begin_pixel; 0: unknown. From 16 on they share products: 16 kB more.
     pub hits_per_pixel: u32,
     /// Always 0.
     pub reserved: u32,
@@ -85,7 +85,7 @@ fn needed(config: &Config) -> usize {
     (size_of::<Header>() + config.bytes()).next_multiple_of(WIS_ALIGNMENT)
 }
 
-/// The bytes that a sampler needs: 8 kB for 16 rays, 2 kB for one to four. Work: constant.
+/// The bytes that a sampler needs: 5 kB for 16 rays, 2 kB for one to four. Work: constant.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.

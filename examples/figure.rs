@@ -63,7 +63,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let light = environment.source();
     let radiance = |d: [f32; 3]| {
         let place = light.chart.place(d);
-        light.radiance.at(&light.chart, place.face, place.position)
+        light.radiance.of(&light.radiance.texels(&light.chart, place.face, place.position))
     };
 
     // A diffuse point that sees the sky and half of what lies on the side of the brightest texel.

@@ -109,7 +109,7 @@ const TABLE: &[Row] = &[
     row("wis_pdf").often().law(laws::densities),
     row("wis_invert").often().law(laws::inverted),
     row("wis_check").seldom(),
-    gone(4, 16),
+    gone(4, 13),
     row("wis_points_sobol").law(laws::points),
     row("wis_strata_size").law(laws::aligned),
     row("wis_strata_lights"),

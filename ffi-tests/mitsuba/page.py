@@ -135,7 +135,7 @@ def text(version, wis_version, densities, found, repeats, size, also):
         "How many times lower the variance of the integrator `wis` ([python](../python)) is than that of Mitsuba's `direct` integrator: geometric means over maps,",
         "rays a hit, and both kinds of MIS. Above 1x wis is better.", "",
         *conclusion(ratios), "",
-        "- \"wis\" looks at 16 candidates for each ray, the library's choice. The integrator's default is 2, for rays as cheap as Mitsuba's.",
+        "- \"wis\" looks at up to 16 candidates for each ray, the library's choice and the integrator's.",
         "- Equal rays: as many shadow rays a hit. Half of Mitsuba's come from the emitter and half from the BSDF.",
         "- Equal time: the same processor time, with everything that a client in Python adds. Mitsuba fuses a whole picture into one kernel;",
         "  for wis, hits leave that kernel as arrays and rays come back. Rays and BSDFs are as cheap here as they get.", "",

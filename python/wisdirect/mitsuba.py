@@ -149,7 +149,7 @@ class Integrator(mi.SamplingIntegrator):
         super().__init__(props)
         self.rays, self.max_depth = props.get("rays", 4), props.get("max_depth", 2)
         # For each ray; 0: the library's choice, 16. Mitsuba's rays are so cheap that at equal time 2 have less error.
-        self.candidates = props.get("candidates", 2)
+        self.candidates = props.get("candidates", 0)
         self.threads = props.get("threads", os.cpu_count() or 1)
         self._tables: dict[Any, _Tables] = {}
 

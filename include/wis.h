@@ -50,7 +50,8 @@
 extern "C" {
 #endif
 
-/** @defgroup answers Answers, memory, version */ /** @{ */
+/** @defgroup answers Answers, memory, version
+ *  What calls answer, where a fault lies, and which library is linked. */ /** @{ */
 
 /// The answer of every call that can fail.
 typedef enum wis_status {
@@ -101,7 +102,8 @@ const char *wis_status_string(uint32_t status);
 uint32_t wis_version(void);
 /** @} */
 
-/** @defgroup light The light */ /** @{ */
+/** @defgroup light The light
+ *  An environment, built once for a map and read by any number of threads. */ /** @{ */
 
 #define WIS_LAYOUT_LATLONG 1 /**< Columns: azimuth 2 pi (x + 1/2) / width from +x to +y. Rows: angle pi (y + 1/2) / height from +z. */
 #define WIS_LAYOUT_CUBE 2 /**< Six square faces below one another, +x -x +y -y +z -z, each as OpenGL orients it; height = 6 width. */
@@ -197,7 +199,8 @@ enum wis_status wis_environment_open(const void *memory, size_t bytes, const str
 enum wis_status wis_environment_describe(const struct wis_environment *environment, struct wis_environment_info *info);
 /** @} */
 
-/** @defgroup sampler A sampler for each thread */ /** @{ */
+/** @defgroup sampler A sampler for each thread
+ *  What a thread keeps from hit to hit. */ /** @{ */
 
 #define WIS_CPU_DETECT 0 /**< Detect the instructions of this processor. */
 #define WIS_CPU_BASELINE 1 /**< Instructions that every processor of the platform has. */
@@ -234,7 +237,8 @@ enum wis_status wis_sampler_begin_pixel(struct wis_sampler *sampler);
 enum wis_status wis_sampler_fault(const struct wis_sampler *sampler, struct wis_diagnostic *fault);
 /** @} */
 
-/** @defgroup material Materials, portals, points */ /** @{ */
+/** @defgroup material Materials, portals, points
+ *  What a hit tells: lobes near your BSDF, normal, wo, and windows that light comes through. */ /** @{ */
 
 #define WIS_MAX_LOBES 4 /**< Lobes of a material. */
 #define WIS_LOBE_LAMBERT 1 /**< Diffuse reflection: `weight / pi` above the surface; with both sides, on the side of wo. */
@@ -313,7 +317,8 @@ typedef struct wis_point {
 enum wis_status wis_material_init(struct wis_material *material, struct wis_diagnostic *diagnostic);
 /** @} */
 
-/** @defgroup direct Direct light */ /** @{ */
+/** @defgroup direct Direct light
+ *  The rays to trace at a hit, and their weights. */ /** @{ */
 
 /// A direction to trace, and what the light that comes from it counts.
 typedef struct wis_ray {
@@ -347,7 +352,8 @@ enum wis_status wis_direct(struct wis_sampler *sampler, const struct wis_environ
     uint32_t rays, struct wis_ray *ray, uint32_t *ray_count);
 /** @} */
 
-/** @defgroup check Checks while you integrate */ /** @{ */
+/** @defgroup check Checks while you integrate
+ *  Your radiance beside the built light, your BSDF beside the lobes. */ /** @{ */
 
 /// What explains the difference between a renderer's radiance and the built light.
 typedef enum wis_cause {
@@ -448,7 +454,8 @@ enum wis_status wis_check_point(struct wis_sampler *sampler, const struct wis_en
     struct wis_point_verdict *verdict);
 /** @} */
 
-/** @defgroup shared Builds that threads share, lights that turn */ /** @{ */
+/** @defgroup shared Builds that threads share, lights that turn
+ *  One build by several threads, and an environment that turns without being built again. */ /** @{ */
 
 /// Begins a build that threads share. `items` receives the number of items of each of WIS_ENVIRONMENT_PASSES passes. Hand all items of a
 /// pass to wis_environment_run, in any portions, on any threads, before those of the next pass; then call wis_environment_finish. The bytes
@@ -475,7 +482,8 @@ enum wis_status wis_environment_turn(void *memory, size_t bytes, const float wor
     struct wis_diagnostic *diagnostic);
 /** @} */
 
-/** @defgroup visibility Visibility of earlier passes */ /** @{ */
+/** @defgroup visibility Visibility of earlier passes
+ *  What rays of earlier passes met, for cells of the scene that you choose. */ /** @{ */
 
 /// What rays saw from places of the scene, in your memory. Any number of threads may record and read at once; between passes one of them
 /// calls wis_visibility_cache_end_pass alone.
@@ -507,7 +515,8 @@ enum wis_status wis_visibility_cache_end_pass(struct wis_visibility_cache *cache
 enum wis_status wis_visibility_key(const float position[3], const float normal[3], float cell, uint32_t *visibility_key);
 /** @} */
 
-/** @defgroup wave Waves */ /** @{ */
+/** @defgroup wave Waves
+ *  Many hits in one call. */ /** @{ */
 
 #define WIS_WAVE_RAYS 64 /**< Rays of one point at the most, in a wave. */
 
@@ -566,7 +575,8 @@ enum wis_status wis_direct_wave(struct wis_sampler *sampler, const struct wis_en
     const struct wis_wave *wave);
 /** @} */
 
-/** @defgroup product Products and densities */ /** @{ */
+/** @defgroup product Products and densities
+ *  Samples and densities, for renderers that combine them with their own (MIS). */ /** @{ */
 
 #define WIS_PRODUCT_UNDIVIDED 1 /**< No cell is divided: cheaper to prepare, and worse. */
 #define WIS_PRODUCT_CHECKSUM 2 /**< Products get the checksum that wis_product_open asks for: about 0.6 us each. */
@@ -654,7 +664,8 @@ enum wis_status wis_invert(struct wis_sampler *sampler, const struct wis_environ
     size_t count, const float *wi, size_t wi_stride, float *u, size_t u_stride, uint8_t *status);
 /** @} */
 
-/** @defgroup points Random numbers */ /** @{ */
+/** @defgroup points Random numbers
+ *  Low-discrepancy points in the square. */ /** @{ */
 
 /// Points `first` to `first + count - 1` (at most 2^32 - 1, else WIS_OVERFLOW) of an Owen-scrambled Sobol (0,2)-sequence: each aligned
 /// block of 2^k points has one in every elementary interval of area 2^-k. Sequences of different seeds are independent, also of numbers in

@@ -22,7 +22,8 @@
 extern "C" {
 #endif
 
-/** @defgroup lights Directional lights */ /** @{ */
+/** @defgroup lights Directional lights
+ *  Structured importance sampling (Agarwal and others, 2003): a map as directional lights. */ /** @{ */
 
 /// A stratum as a directional light.
 typedef struct wis_light {

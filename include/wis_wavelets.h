@@ -25,7 +25,8 @@
 extern "C" {
 #endif
 
-/** @defgroup wavelets Wavelets */ /** @{ */
+/** @defgroup wavelets Wavelets
+ *  Wavelet importance sampling (Clarberg and others, 2005) and triple products (Ng and others, 2004). */ /** @{ */
 
 /// The wavelets of a square that an approximation keeps. Approximations are lists of these, depth first: by position, and squares before
 /// those inside them.

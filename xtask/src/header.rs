@@ -15,8 +15,8 @@ struct Header {
     /// In the order of use: the header lists constants, types and functions source by source. A source may be several files,
     /// between spaces: a boundary, and the safe module whose types it hands out.
     sources: &'static [&'static str],
-    /// Groups of the reference: the number of the first source, a name and a title.
-    groups: &'static [(usize, &'static str, &'static str)],
+    /// Groups of the reference: the number of the first source, a name, a title and what it is for.
+    groups: &'static [(usize, &'static str, &'static str, &'static str)],
     introduction: &'static str,
 }
 
@@ -43,24 +43,59 @@ const HEADERS: [Header; 3] = [
             "src/ffi/points.rs",
         ],
         groups: &[
-            (0, "answers", "Answers, memory, version"),
-            (2, "light", "The light"),
-            (3, "sampler", "A sampler for each thread"),
-            (4, "material", "Materials, portals, points"),
-            (5, "direct", "Direct light"),
-            (7, "check", "Checks while you integrate"),
-            (9, "shared", "Builds that threads share, lights that turn"),
-            (10, "visibility", "Visibility of earlier passes"),
-            (11, "wave", "Waves"),
-            (12, "product", "Products and densities"),
-            (15, "points", "Random numbers"),
+            (
+                0,
+                "answers",
+                "Answers, memory, version",
+                "What calls answer, where a fault lies, and which library is linked.",
+            ),
+            (2, "light", "The light", "An environment, built once for a map and read by any number of threads."),
+            (3, "sampler", "A sampler for each thread", "What a thread keeps from hit to hit."),
+            (
+                4,
+                "material",
+                "Materials, portals, points",
+                "What a hit tells: lobes near your BSDF, normal, wo, and windows that light comes through.",
+            ),
+            (5, "direct", "Direct light", "The rays to trace at a hit, and their weights."),
+            (
+                7,
+                "check",
+                "Checks while you integrate",
+                "Your radiance beside the built light, your BSDF beside the lobes.",
+            ),
+            (
+                9,
+                "shared",
+                "Builds that threads share, lights that turn",
+                "One build by several threads, and an environment that turns without being built again.",
+            ),
+            (
+                10,
+                "visibility",
+                "Visibility of earlier passes",
+                "What rays of earlier passes met, for cells of the scene that you choose.",
+            ),
+            (11, "wave", "Waves", "Many hits in one call."),
+            (
+                12,
+                "product",
+                "Products and densities",
+                "Samples and densities, for renderers that combine them with their own (MIS).",
+            ),
+            (15, "points", "Random numbers", "Low-discrepancy points in the square."),
         ],
         introduction: include_str!("wis.h"),
     },
     Header {
         file: "wis_lights.h",
         sources: &["src/lights/strata.rs", "src/ffi/lights.rs"],
-        groups: &[(0, "lights", "Directional lights")],
+        groups: &[(
+            0,
+            "lights",
+            "Directional lights",
+            "Structured importance sampling (Agarwal and others, 2003): a map as directional lights.",
+        )],
         introduction: include_str!("wis_lights.h"),
     },
     Header {
@@ -75,7 +110,12 @@ const HEADERS: [Header; 3] = [
             "src/wavelets/visibility.rs",
             "src/ffi/wavelets/visibility.rs",
         ],
-        groups: &[(0, "wavelets", "Wavelets")],
+        groups: &[(
+            0,
+            "wavelets",
+            "Wavelets",
+            "Wavelet importance sampling (Clarberg and others, 2005) and triple products (Ng and others, 2004).",
+        )],
         introduction: include_str!("wis_wavelets.h"),
     },
 ];
@@ -227,9 +267,9 @@ impl Header {
         text += "#ifdef __cplusplus\nextern \"C\" {\n#endif\n";
         let (mut after_short, mut groups, mut is_open) = (false, self.groups.iter().peekable(), false);
         for (order, item) in items {
-            while let Some((_, name, title)) = groups.next_if(|(first, ..)| *first <= order) {
+            while let Some((_, name, title, brief)) = groups.next_if(|(first, ..)| *first <= order) {
                 text += &format!(
-                    "{}\n/** @defgroup {name} {title} */ /** @{{ */\n",
+                    "{}\n/** @defgroup {name} {title}\n *  {brief} */ /** @{{ */\n",
                     if is_open { "/** @} */\n" } else { "" }
                 );
                 (is_open, after_short) = (true, false);

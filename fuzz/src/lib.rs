@@ -3,6 +3,8 @@
 //! The functions are called in a built shared library by the calling convention of x86-64 Linux. Everything follows from the
 //! seed: a failure names the words that reproduce it. The guided fuzzer and the growth of work use the same headers and calls.
 
+#![cfg(target_arch = "x86_64")]
+
 pub mod again;
 pub mod alarm;
 mod building;

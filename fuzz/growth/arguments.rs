@@ -103,22 +103,22 @@ impl World {
                 let list = self.elements(self.whole("elements"), 0.2);
                 self.addresses(&vec![list; count])
             }
-            (_, "list_count") => self.integers(&vec![self.number("elements") as u32; count]),
-            (_, "weight") if parameter.is_input() => self.doubles(&vec![0.25; count]),
-            (_, "reached") => self.integers(&vec![0x0101_0101; count]),
-            (_, "contribution") => self.floats(&self.ordered(count)),
+            (_, "list_count") => self.array(&vec![self.number("elements") as u32; count]),
+            (_, "weight") if parameter.is_input() => self.array(&vec![0.25; count]),
+            (_, "reached") => self.array(&vec![0x0101_0101; count]),
+            (_, "contribution") => self.array(&self.ordered(count)),
             (_, "points") => {
                 let alike = self.word("order") == Some("equal");
-                self.floats(&if alike { vec![0.3; 2 * count] } else { numbers(2, 2 * count) })
+                self.array(&if alike { vec![0.3; 2 * count] } else { numbers(2, 2 * count) })
             }
-            (_, "index") if call == "wis_warp_in_place" => self.integers(&(0..count as u32).collect::<Vec<_>>()),
-            (_, "position" | "radiance") => self.floats(&[self.number(name) as f32; 3]),
-            (_, "normal") => self.floats(&UP),
-            (_, "u") if call == "wis_sample" => self.floats(&numbers(2, 2 * count)),
-            (_, "wi") if function.has("count") => self.floats(&directions(3, count)),
-            (_, "wi" | "wo") if parameter.is_input() => self.floats(&SLANTED),
+            (_, "index") if call == "wis_warp_in_place" => self.array(&(0..count as u32).collect::<Vec<_>>()),
+            (_, "position" | "radiance") => self.array(&[self.number(name) as f32; 3]),
+            (_, "normal") => self.array(&UP),
+            (_, "u") if call == "wis_sample" => self.array(&numbers(2, 2 * count)),
+            (_, "wi") if function.has("count") => self.array(&directions(3, count)),
+            (_, "wi" | "wo") if parameter.is_input() => self.array(&SLANTED),
             (_, "u" | "point") if parameter.is_input() => {
-                self.floats(&self.setting(name).map_or([0.3, 0.7], |n| [1.0 / n as f32; 2]))
+                self.array(&self.setting(name).map_or([0.3, 0.7], |n| [1.0 / n as f32; 2]))
             }
             _ => return None,
         })
@@ -126,13 +126,18 @@ impl World {
 
     /// A lat-long map of noise with a sun, RGB, twice as wide as high; texels: a square times two.
     fn map(&mut self) -> f64 {
-        let texels = self.whole("texels");
+        let (texels, sizes) = (self.whole("texels"), self.sizes);
         let height = ((texels / 2) as f64).sqrt();
-        let mut pixels = numbers(1, 3 * texels);
-        pixels[0] = 1e4;
+        let pixels = self.once(format!("pixels {texels}"), |w| {
+            let mut pixels = numbers(1, 3 * texels);
+            pixels[0] = 1e4;
+            w.array(&pixels)
+        });
+        // Pixels have no sizes: those that were asked for last stay.
+        self.sizes = sizes;
         let (layout, format) = (self.constant("WIS_LAYOUT_LATLONG"), self.constant("WIS_FORMAT_F32"));
         let size = [("layout", layout), ("width", 2.0 * height), ("height", height)];
-        let rest = [("channels", 3.0), ("format", format), ("pixels", self.floats(&pixels))];
+        let rest = [("channels", 3.0), ("format", format), ("pixels", pixels)];
         self.of("wis_environment_config", &[size, rest].concat())
     }
 
@@ -145,7 +150,7 @@ impl World {
         let (config, passes) = (self.map(), self.whole("pass"));
         self.call("wis_environment_size", &vec![("config", config)]);
         let [bytes, scratch_bytes] = self.sizes;
-        let (memory, scratch, items) = (self.room(bytes), self.room(scratch_bytes), self.integers(&[0; 6]));
+        let (memory, scratch, items) = (self.room(bytes), self.room(scratch_bytes), self.array(&[0; 6]));
         let work = vec![("config", config), ("scratch", scratch), ("scratch_bytes", scratch_bytes as f64)];
         self.call("wis_environment_begin", &[work.clone(), vec![("items", items)]].concat());
         // SAFETY: six integers.
@@ -196,7 +201,7 @@ impl World {
 
     fn wave(&mut self) -> f64 {
         let (count, rays, materials) = (self.whole("count"), self.whole("rays"), self.material());
-        let (normal, wo, seeds) = (self.floats(&UP), self.floats(&SLANTED), self.integers(&vec![1; count]));
+        let (normal, wo, seeds) = (self.array(&UP), self.array(&SLANTED), self.array(&vec![1; count]));
         let (ray, counts) = (self.room(16 * rays * count), self.room(4 * count));
         let arrays = [("materials", materials), ("normal.first", normal), ("wo.first", wo), ("seed.first", seeds)];
         let rest = [("seed.point", 4.0), ("material_count", 1.0), ("rays", rays as f64), ("ray.first", ray)];
@@ -212,7 +217,7 @@ impl World {
     /// Strata of a map, each of every so many texels.
     fn strata(&mut self) -> f64 {
         let [texels, lights] = ["texels", "lights"].map(|name| self.number(name) as u32);
-        let label = self.integers(&(0..texels).map(|i| i % lights).collect::<Vec<_>>());
+        let label = self.array(&(0..texels).map(|i| i % lights).collect::<Vec<_>>());
         let distribution = self.constant("WIS_JITTER_ENERGY");
         let fields = [("light_count", f64::from(lights)), ("distribution", distribution), ("label", label)];
         self.of("wis_jitter_config", &fields.to_vec())
@@ -242,7 +247,7 @@ impl World {
             }
             Some("WIS_TREE_BLEND") => {
                 let all: Vec<f64> = (0..trees as u64).map(|seed| self.planar(pixels, seed)).collect();
-                let (all, weight) = (self.addresses(&all), self.doubles(&vec![0.25; trees]));
+                let (all, weight) = (self.addresses(&all), self.array(&vec![0.25; trees]));
                 vec![("tree_count", trees as f64), ("trees", all), ("weight", weight)]
             }
             Some("WIS_TREE_WAVELETS") => {
@@ -257,7 +262,7 @@ impl World {
 
     /// A tree of noise in which every square is kept.
     fn noise(&mut self, axes: u32, depth: u32, seed: u64) -> f64 {
-        let pixels = self.floats(&numbers(seed, 1 << (axes * depth)));
+        let pixels = self.array(&numbers(seed, 1 << (axes * depth)));
         let size = [("dimensions", f64::from(axes)), ("depth", f64::from(depth)), ("pixels", pixels)];
         self.of("wis_tree_config", &size.to_vec())
     }

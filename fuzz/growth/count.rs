@@ -10,6 +10,8 @@ use std::{fs, io};
 const RUNNING_ON_VALGRIND: u64 = 0x1001;
 const TOGGLE_COLLECT: u64 = 0x4354_0002;
 const DUMP_STATS_AT: u64 = 0x4354_0003;
+const START_INSTRUMENTATION: u64 = 0x4354_0004;
+const STOP_INSTRUMENTATION: u64 = 0x4354_0005;
 
 /// Asks valgrind for something; 0 where the program does not run under it.
 fn request(code: u64, argument: u64) -> u64 {
@@ -30,13 +32,15 @@ pub fn is_possible() -> bool {
     request(RUNNING_ON_VALGRIND, 0) != 0
 }
 
-/// Counts the instructions of a call, under a label.
+/// Counts the instructions of a call, under a label. What is not counted runs ten times as fast.
 pub fn count<R>(label: &str, call: impl FnOnce() -> R) -> R {
+    request(START_INSTRUMENTATION, 0);
     request(TOGGLE_COLLECT, 0);
     let answer = call();
     request(TOGGLE_COLLECT, 0);
     let label = CString::new(label).expect("no zero in a label");
     request(DUMP_STATS_AT, label.as_ptr() as u64);
+    request(STOP_INSTRUMENTATION, 0);
     answer
 }
 

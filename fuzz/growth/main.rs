@@ -57,7 +57,7 @@ fn curves(options: &Options) -> Result<Vec<Curve>> {
     let _ = std::fs::remove_dir_all(&options.folder);
     std::fs::create_dir_all(&options.folder)?;
     let output = Command::new("valgrind")
-        .args(["--tool=callgrind", "--collect-atstart=no", "--quiet"])
+        .args(["--tool=callgrind", "--instr-atstart=no", "--collect-atstart=no", "--quiet"])
         .arg(format!("--callgrind-out-file={}/count", options.folder))
         .arg(std::env::current_exe()?)
         .args([&options.library, &options.folder, "--measure", "--only", &options.only])

@@ -213,28 +213,15 @@ impl World {
         start.next_multiple_of(64) as f64
     }
 
-    fn bytes(&mut self, bytes: impl ExactSizeIterator<Item = Vec<u8>>) -> f64 {
-        let all: Vec<u8> = bytes.flatten().collect();
-        let at = self.room(all.len());
-        // SAFETY: the room is as long.
-        unsafe { std::slice::from_raw_parts_mut(at as usize as *mut u8, all.len()) }.copy_from_slice(&all);
+    pub fn array<T: Copy>(&mut self, values: &[T]) -> f64 {
+        let at = self.room(size_of_val(values));
+        // SAFETY: the room is as long, and rooms begin at multiples of 64.
+        unsafe { std::slice::from_raw_parts_mut(at as usize as *mut T, values.len()) }.copy_from_slice(values);
         at
     }
 
-    pub fn floats(&mut self, values: &[f32]) -> f64 {
-        self.bytes(values.iter().map(|value| value.to_le_bytes().into()))
-    }
-
-    pub fn doubles(&mut self, values: &[f64]) -> f64 {
-        self.bytes(values.iter().map(|value| value.to_le_bytes().into()))
-    }
-
-    pub fn integers(&mut self, values: &[u32]) -> f64 {
-        self.bytes(values.iter().map(|value| value.to_le_bytes().into()))
-    }
-
     pub fn addresses(&mut self, values: &[f64]) -> f64 {
-        self.bytes(values.iter().map(|value| (*value as u64).to_le_bytes().into()))
+        self.array(&values.iter().map(|value| *value as u64).collect::<Vec<_>>())
     }
 
     /// A struct with its size, some fields, and those that the row sets.
@@ -272,7 +259,7 @@ impl World {
                 }
             }
         }
-        self.bytes(std::iter::once(bytes))
+        self.array(&bytes)
     }
 
     /// A constant of the headers.

@@ -278,13 +278,6 @@ impl Surface {
         ]
     }
 
-    /// The luminance of BRDF x cosine in local directions, finite; and the density with which [`Surface::sample`] draws them.
-    /// Without lobes: the cosine, drawn with its distribution.
-    #[inline(always)]
-    pub fn eval<F: Num>(&self, wi: [F; 3]) -> (F, F) {
-        F::apart(Eval { surface: self, wi })
-    }
-
     /// The luminance of BRDF x cosine in many directions, times `scale`; below the horizon of a hemisphere it goes on with negative sign, as if
     /// mirrored. Lobe by lobe: what is read of one, and the branch to its kind, are half of what a register of directions takes.
     #[inline(always)]
@@ -314,43 +307,69 @@ impl Surface {
         if self.whole { value } else { value.copysign(z) }
     }
 
-    /// As [`Surface::eval`], inlined.
+    /// The only lobe, of which most surfaces consist: what it takes is inlined, without a loop. Others are evaluated and sampled apart.
     #[inline(always)]
-    pub fn eval_here<F: Num>(&self, wi: [F; 3]) -> (F, F) {
+    fn single(&self) -> Option<&Lobe> {
+        self.lobes[0].as_ref().filter(|_| self.count == 1)
+    }
+
+    /// The luminance of BRDF x cosine in local directions, finite; and the density with which [`Surface::sample`] draws them.
+    /// Without lobes: the cosine, drawn with its distribution.
+    #[inline(always)]
+    pub fn eval<F: Num>(&self, wi: [F; 3]) -> (F, F) {
+        let factor = if self.cosine_included { F::splat(1.0) } else { wi[2].abs() };
+        let (value, pdf) = match self.single() {
+            Some(lobe @ Lobe { shape: LobeShape::Lambert(side), .. }) => lobe.diffuse(*side, wi),
+            Some(lobe @ Lobe { shape: LobeShape::Ggx(ggx), .. }) => lobe.glossy(&ggx.reflect(wi)),
+            _ => {
+                let (value, pdf) = F::apart(Eval { surface: self, wi });
+                (value, pdf)
+            }
+        };
+        ((value * factor).min(F::splat(f32::MAX)), pdf)
+    }
+
+    /// [`Surface::eval`] of any lobes, but for the cosine.
+    #[inline(always)]
+    fn eval_all<F: Num>(&self, wi: [F; 3]) -> (F, F) {
         let (zero, one) = (F::splat(0.0), F::splat(1.0));
-        let cosine = wi[2];
-        let factor = if self.cosine_included { one } else { cosine.abs() };
         if self.count == 0 {
-            let counts = if self.whole { one } else { F::only(zero.lt(cosine), one) };
-            return (factor * counts, self.default_pdf(cosine));
+            let cosine = wi[2];
+            return match self.whole {
+                true => (one, F::splat(0.5) * lambert::pdf(cosine.abs())),
+                false => (F::only(zero.lt(cosine), one), lambert::pdf(cosine)),
+            };
         }
         let (mut value, mut pdf) = (zero, zero);
         for lobe in self.lobes() {
             let (own, density) = match &lobe.shape {
                 LobeShape::Lambert(side) => lobe.diffuse(*side, wi),
                 LobeShape::Ggx(ggx) => lobe.glossy(&ggx.reflect(wi)),
-                _ => F::apart(EvalRare { lobe, wo: self.wo, wi }),
+                LobeShape::GgxTransmission(ggx, eta) => lobe.glossy(&ggx.transmit(wi, *eta)),
+                LobeShape::Phong(phong) => lobe.phong(phong, wi),
+                LobeShape::PhongFromBelow(drawn) => lobe.phong_from_below(drawn, self.wo, wi),
             };
             (value, pdf) = (value + own, pdf + density);
         }
-        ((value * factor).min(F::splat(f32::MAX)), pdf)
+        (value, pdf)
     }
 
-    #[inline(always)]
-    fn default_pdf<F: Num>(&self, cosine: F) -> F {
-        if self.whole { F::splat(0.5) * lambert::pdf(cosine.abs()) } else { lambert::pdf(cosine) }
-    }
-
-    /// Local directions of lobes: the first number chooses the lobe, too. 0 in all components, which is none, where a microfacet
-    /// reflects to the lower side, or transmits to the upper: [`Surface::eval`] counts no density there.
+    /// Local directions of lobes for numbers in (0, 1): the first number chooses the lobe, too. 0 in all components, which is none, where a
+    /// microfacet reflects to the lower side, or transmits to the upper: [`Surface::eval`] counts no density there.
     #[inline(always)]
     pub fn sample<F: Num>(&self, u: [F; 2]) -> [F; 3] {
-        F::apart(Sample { surface: self, u })
+        match self.single() {
+            Some(lobe @ Lobe { shape: LobeShape::Lambert(_) | LobeShape::Ggx(_), .. }) => lobe.sample(u),
+            _ => {
+                let [x, y, z] = F::apart(Sample { surface: self, u });
+                [x, y, z]
+            }
+        }
     }
 
-    /// As [`Surface::sample`], inlined.
+    /// [`Surface::sample`] of any lobes.
     #[inline(always)]
-    pub fn sample_here<F: Num>(&self, u: [F; 2]) -> [F; 3] {
+    fn sample_all<F: Num>(&self, u: [F; 2]) -> [F; 3] {
         let (zero, half) = (F::splat(0.0), F::splat(0.5));
         if self.count == 0 {
             let upper = u[0].lt(half);
@@ -365,18 +384,7 @@ impl Surface {
             let last = F::splat(ONE_MINUS_EPSILON);
             let first = ((u[0] - before) * lobe.inverse).max(zero).min(last);
             before += lobe.share;
-            let u = [first, u[1]];
-            let [x, y, z] = match &lobe.shape {
-                LobeShape::Lambert(side) => {
-                    let [x, y, z] = lambert::sample(u);
-                    [x, y, z * *side]
-                }
-                LobeShape::Ggx(ggx) => {
-                    let wi = ggx.sample_reflection(u);
-                    only(zero.lt(wi[2]), wi)
-                }
-                _ => F::apart(SampleRare { lobe, u }),
-            };
+            let [x, y, z] = lobe.sample([first, u[1]]);
             wi = [F::select(here, x, wi[0]), F::select(here, y, wi[1]), F::select(here, z, wi[2])];
         }
         wi
@@ -440,7 +448,7 @@ impl<F: Num> Apart<F> for Eval<'_, F> {
 
     #[inline(always)]
     fn run(self) -> (F, F) {
-        self.surface.eval_here(self.wi)
+        self.surface.eval_all(self.wi)
     }
 }
 
@@ -454,55 +462,32 @@ impl<F: Num> Apart<F> for Sample<'_, F> {
 
     #[inline(always)]
     fn run(self) -> [F; 3] {
-        self.surface.sample_here(self.u)
-    }
-}
-
-/// A lobe of a kind that few materials have: apart, so that it is no code between that of others.
-struct EvalRare<'a, F: Num> {
-    lobe: &'a Lobe,
-    wo: [f32; 3],
-    wi: [F; 3],
-}
-
-impl<F: Num> Apart<F> for EvalRare<'_, F> {
-    type Output = (F, F);
-
-    #[inline(always)]
-    fn run(self) -> (F, F) {
-        let EvalRare { lobe, wo, wi } = self;
-        match &lobe.shape {
-            LobeShape::GgxTransmission(ggx, eta) => lobe.glossy(&ggx.transmit(wi, *eta)),
-            LobeShape::Phong(phong) => lobe.phong(phong, wi),
-            LobeShape::PhongFromBelow(drawn) => lobe.phong_from_below(drawn, wo, wi),
-            _ => (F::splat(0.0), F::splat(0.0)),
-        }
-    }
-}
-
-/// As [`EvalRare`]: its directions.
-struct SampleRare<'a, F: Num> {
-    lobe: &'a Lobe,
-    u: [F; 2],
-}
-
-impl<F: Num> Apart<F> for SampleRare<'_, F> {
-    type Output = [F; 3];
-
-    #[inline(always)]
-    fn run(self) -> [F; 3] {
-        match &self.lobe.shape {
-            LobeShape::GgxTransmission(ggx, eta) => {
-                let wi = ggx.sample_transmission(self.u, *eta);
-                only(wi[2].lt(F::splat(0.0)), wi)
-            }
-            LobeShape::Phong(phong) | LobeShape::PhongFromBelow(phong) => phong.sample(self.u),
-            _ => [F::splat(0.0); 3],
-        }
+        self.surface.sample_all(self.u)
     }
 }
 
 impl Lobe {
+    /// Directions of the lobe.
+    #[inline(always)]
+    fn sample<F: Num>(&self, u: [F; 2]) -> [F; 3] {
+        let zero = F::splat(0.0);
+        match &self.shape {
+            LobeShape::Lambert(side) => {
+                let [x, y, z] = lambert::sample(u);
+                [x, y, z * *side]
+            }
+            LobeShape::Ggx(ggx) => {
+                let wi = ggx.sample_reflection(u);
+                only(zero.lt(wi[2]), wi)
+            }
+            LobeShape::GgxTransmission(ggx, eta) => {
+                let wi = ggx.sample_transmission(u, *eta);
+                only(wi[2].lt(zero), wi)
+            }
+            LobeShape::Phong(phong) | LobeShape::PhongFromBelow(phong) => phong.sample(u),
+        }
+    }
+
     // The luminance of the BRDF in local directions, and the lobe's part of their density.
 
     #[inline(always)]

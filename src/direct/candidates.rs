@@ -126,7 +126,7 @@ impl Draw<'_> {
             light.sample(numbers)
         } else {
             let direction = if number < of_light + of_lobes {
-                surface.to_map(surface.sample_here(numbers))
+                surface.to_map(surface.sample(numbers))
             } else {
                 group.directions(at)
             };
@@ -148,7 +148,7 @@ impl Draw<'_> {
         let radiance = light.radiance.of(&texels);
         let stand_in = light.stand_in(radiance);
         let local = surface.to_local(direction);
-        let (value, lobes) = surface.eval_here(local);
+        let (value, lobes) = surface.eval(local);
         let mixed = stand_in * counted[0] + lobes * counted[1];
         let through = portals.map(|portals| portals.density(direction));
         let mixed = through.map_or(mixed, |through| mixed + through * counted[2]);

@@ -197,8 +197,13 @@ impl Material {
     /// [`Material::transmits`] and [`Material::is_anisotropic`], in one pass.
     #[inline(always)]
     pub fn kinds(&self) -> (bool, bool) {
-        let of = |lobe: &Shape| (lobe.kind.transmits(), lobe.kind.is_ggx() & (lobe.a != lobe.b));
-        self.lobes().iter().map(of).fold((false, false), |all, own| (all.0 | own.0, all.1 | own.1))
+        // A bit for each kind; of lobes with one alpha, and moved up of others.
+        const OTHERS: u32 = 8;
+        const TRANSMITS: u32 = 1 << Kind::GgxTransmission.0 | 1 << Kind::LambertTransmission.0;
+        const GGX: u32 = 1 << Kind::Ggx.0 | 1 << Kind::GgxTransmission.0;
+        let of = |lobe: &Shape| u32::from(lobe.a.to_bits() != lobe.b.to_bits()) * OTHERS + lobe.kind.0 % OTHERS;
+        let seen = self.lobes().iter().fold(0, |seen: u32, lobe| seen | 1 << of(lobe));
+        (seen & (TRANSMITS | TRANSMITS << OTHERS) != 0, seen & GGX << OTHERS != 0)
     }
 
     /// Whether a lobe lies on the side opposite to wo.

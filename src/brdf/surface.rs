@@ -2,13 +2,13 @@
 
 use super::ggx::{Ggx, Response};
 use super::lambert;
-use super::material::{Kind, MAX_LOBES};
+use super::material::{Kind, MAX_LOBES, Shape};
 use super::phong::Phong;
 use super::point::Point;
 use super::vector::{any_tangent, dot};
 use crate::numeric::{self, ONE_MINUS_EPSILON, min, sqrt};
-use crate::simd::{Apart, Num};
-use crate::sphere::{Frame, unit};
+use crate::simd::{Apart, Four, Num};
+use crate::sphere::{Frame, UNIT};
 use crate::status::Error;
 use core::f32::consts::FRAC_1_PI;
 use glam::Vec3;
@@ -59,7 +59,8 @@ pub struct Surface {
 
 /// Whether numbers are from 0 to a positive one: by their bits, but for -0.
 fn are_up_to(most: f32, numbers: &[f32; 3]) -> bool {
-    numbers.iter().all(|x| x.to_bits() <= most.to_bits()) || numbers.iter().all(|x| (0.0..=most).contains(x))
+    numbers.map(f32::to_bits).into_iter().fold(0, u32::max) <= most.to_bits()
+        || numbers.iter().all(|x| (0.0..=most).contains(x))
 }
 
 fn luminance(rgb: [f32; 3]) -> f32 {
@@ -70,22 +71,48 @@ fn luminance(rgb: [f32; 3]) -> f32 {
 #[inline]
 fn schlick(kind: Kind, weight: [f32; 3], f0: [f32; 3]) -> [f32; 2] {
     let all = luminance(weight);
-    let at_normal = luminance([weight[0] * f0[0], weight[1] * f0[1], weight[2] * f0[2]]);
-    match kind {
-        Kind::Ggx => [at_normal, all - at_normal],
-        Kind::GgxTransmission => [all - at_normal, at_normal - all],
-        _ => [all, 0.0],
+    if !kind.is_ggx() {
+        return [all, 0.0];
     }
+    let at_normal = luminance([weight[0] * f0[0], weight[1] * f0[1], weight[2] * f0[2]]);
+    if kind == Kind::Ggx { [at_normal, all - at_normal] } else { [all - at_normal, at_normal - all] }
 }
 
 /// About what a lobe scatters, for its values in [`schlick`], seen at a cosine.
 fn reflectance(fresnel: [f32; 2], cosine: f32) -> f32 {
+    if fresnel[1] == 0.0 {
+        return fresnel[0];
+    }
     (fresnel[0] + fresnel[1] * fifth_power(1.0 - cosine.clamp(0.0, 1.0))).max(0.0)
 }
 
 /// The share of one of some lobes in what they scatter together: equal shares if that is nothing or too much.
 fn share(own: f32, total: f32, lobes: usize) -> f32 {
     if total > 0.0 && total < f32::MAX { own / total } else { 1.0 / lobes as i32 as f32 }
+}
+
+/// Those of microfacets with these weights and F0, of which none is visible from below.
+#[inline(always)]
+fn microfacets(shape: &Shape, [weight, f0]: [&[f32; 3]; 2], index: usize, wo: [f32; 3]) -> Result<[f32; 2], Error> {
+    if !are_up_to(1.0, f0) {
+        return Err(Error::range(c"f0").in_row(index));
+    }
+    Ok(if wo[2] > 0.0 { schlick(shape.kind, *weight, *f0) } else { [0.0; 2] })
+}
+
+/// Microfacets seen from a direction, on the upper side at least.
+#[inline(always)]
+fn seen(shape: &Shape, wo: [f32; 3]) -> Ggx {
+    Ggx::new([shape.a, shape.b], if wo[2] > 0.0 { wo } else { [0.0, 0.0, 1.0] })
+}
+
+/// Turns what each of some lobes scatters into shares of what all do.
+#[inline(never)]
+fn share_out<'a>(lobes: impl Iterator<Item = &'a mut Lobe>, total: f32, count: usize) {
+    for lobe in lobes {
+        lobe.share = share(lobe.share, total, count);
+        lobe.inverse = 1.0 / lobe.share;
+    }
 }
 
 /// About the share of each lobe in what a point scatters, seen at a cosine above 0: those of [`Surface::shares`], without the rest.
@@ -137,21 +164,27 @@ impl Surface {
     /// As [`Surface::new`].
     #[inline(never)]
     pub fn set(&mut self, point: &Point<'_>, frame: &Frame) -> Result<(), Error> {
-        let to_map = |direction: Vec3| Vec3::from(frame.to_map(direction.to_array()));
-        let normal = to_map(unit(point.normal).ok_or(Error::transform(c"normal"))?);
-        let view = to_map(unit(point.wo).ok_or(Error::transform(c"wo"))?);
+        let [normal, view] = directions(point, frame)?;
         let material = point.material;
         let (transmits, is_anisotropic) = material.kinds();
         self.whole = point.whole_sphere || transmits;
         self.cosine_included = point.cosine_included;
         let normal = if self.whole && view.dot(normal) < 0.0 { -normal } else { normal };
-        let tangent = tangent(normal, point.tangent, frame, is_anisotropic).ok_or(Error::transform(c"tangent"))?;
+        let [x, y, z] = point.tangent;
+        // Nothing times what is not finite is no number.
+        if x * 0.0 + y * 0.0 + z * 0.0 != 0.0 {
+            return Err(Error::transform(c"tangent"));
+        }
+        let tangent = if is_anisotropic {
+            tangent(normal, point.tangent, frame).ok_or(Error::transform(c"tangent"))?
+        } else {
+            Vec3::from_array(any_tangent(normal.to_array()))
+        };
         let bitangent = normal.cross(tangent);
         self.wo = [view.dot(tangent), view.dot(bitangent), view.dot(normal)];
         self.axes = [tangent.to_array(), bitangent.to_array(), normal.to_array()];
         self.count = material.lobes().len();
         let above = self.wo[2] > 0.0;
-        let seen = if above { self.wo } else { [0.0, 0.0, 1.0] };
         let mut total = 0.0;
         let parameters = point.weight.iter().zip(&point.f0);
         for (index, ((lobe, shape), (weight, f0))) in
@@ -160,46 +193,37 @@ impl Surface {
             if !are_up_to(f32::MAX, weight) {
                 return Err(Error::range(c"weight").in_row(index));
             }
-            if shape.kind.is_ggx() && !are_up_to(1.0, f0) {
-                return Err(Error::range(c"f0").in_row(index));
-            }
-            // From below no microfacet is visible, but clients evaluate other lobes there as from above.
-            let [x, y, _] = self.wo;
-            let visible = above
-                || match shape.kind {
-                    Kind::Phong => libm::powf(min(sqrt(x * x + y * y), 1.0), shape.a) > FAINT,
-                    kind => !kind.is_ggx(),
-                };
-            let (mut fresnel, mut share) = ([0.0; 2], 0.0);
-            if visible {
-                fresnel = schlick(shape.kind, *weight, *f0);
-                share = reflectance(fresnel, self.wo[2]);
-                total += share;
-                if share > 0.0 {
-                    self.least_alpha = min(self.least_alpha, shape.alpha());
+            let all = luminance(*weight);
+            let (own, alpha) = match shape.kind {
+                Kind::Lambert => {
+                    *lobe =
+                        Some(Lobe { shape: LobeShape::Lambert(UPPER), fresnel: [all, 0.0], share: all, inverse: 1.0 });
+                    (all, f32::MAX)
                 }
-            }
-            let lobe = lobe.insert(Lobe { shape: LobeShape::Lambert(UPPER), fresnel, share, inverse: 1.0 });
-            // Written over that for others alone: together, all kinds would write as much as the longest one.
-            match shape.kind {
-                Kind::Ggx => lobe.shape = LobeShape::Ggx(Ggx::new([shape.a, shape.b], seen)),
-                Kind::Phong if above => lobe.shape = LobeShape::Phong(Phong::new(shape.a, self.wo)),
-                Kind::Phong => lobe.shape = LobeShape::PhongFromBelow(Phong::drawn(shape.a, self.wo)),
-                Kind::GgxTransmission => {
-                    lobe.shape = LobeShape::GgxTransmission(Ggx::new([shape.a, shape.b], seen), shape.eta);
+                Kind::Ggx => {
+                    let fresnel = microfacets(shape, [weight, f0], index, self.wo)?;
+                    let own = reflectance(fresnel, self.wo[2]);
+                    *lobe =
+                        Some(Lobe { shape: LobeShape::Ggx(seen(shape, self.wo)), fresnel, share: own, inverse: 1.0 });
+                    (own, shape.alpha())
                 }
-                Kind::LambertTransmission => lobe.shape = LobeShape::Lambert(-UPPER),
-                _ => {}
+                _ => {
+                    let made = lobe.insert(Lobe::rare(shape, [weight, f0], index, self.wo)?);
+                    (made.share, shape.alpha())
+                }
+            };
+            total += own;
+            if own > 0.0 {
+                self.least_alpha = min(self.least_alpha, alpha);
             }
         }
         if !above && !(total > 0.0) {
             // As without lobes.
             self.count = 0;
         }
-        let count = self.count;
-        for lobe in self.lobes.iter_mut().take(count).flatten() {
-            lobe.share = share(lobe.share, total, count);
-            lobe.inverse = 1.0 / lobe.share;
+        match (self.count, &mut self.lobes) {
+            (1, [Some(only), ..]) => only.share = 1.0,
+            (count, lobes) => share_out(lobes.iter_mut().take(count).flatten(), total, count),
         }
         Ok(())
     }
@@ -467,6 +491,29 @@ impl<F: Num> Apart<F> for Sample<'_, F> {
 }
 
 impl Lobe {
+    /// A lobe of a kind that few materials have, seen from a direction.
+    #[inline(never)]
+    fn rare(shape: &Shape, parameters: [&[f32; 3]; 2], index: usize, wo: [f32; 3]) -> Result<Lobe, Error> {
+        // From below clients evaluate other lobes than microfacets as from above.
+        let mut fresnel = [luminance(*parameters[0]), 0.0];
+        let seen = match shape.kind {
+            Kind::GgxTransmission => {
+                fresnel = microfacets(shape, parameters, index, wo)?;
+                LobeShape::GgxTransmission(seen(shape, wo), shape.eta)
+            }
+            Kind::Phong if wo[2] > 0.0 => LobeShape::Phong(Phong::new(shape.a, wo)),
+            Kind::Phong => {
+                let [x, y, _] = wo;
+                if !(libm::powf(min(sqrt(x * x + y * y), 1.0), shape.a) > FAINT) {
+                    fresnel = [0.0; 2];
+                }
+                LobeShape::PhongFromBelow(Phong::drawn(shape.a, wo))
+            }
+            _ => LobeShape::Lambert(-UPPER),
+        };
+        Ok(Lobe { shape: seen, fresnel, share: reflectance(fresnel, wo[2]), inverse: 1.0 })
+    }
+
     /// Directions of the lobe.
     #[inline(always)]
     fn sample<F: Num>(&self, u: [F; 2]) -> [F; 3] {
@@ -536,16 +583,24 @@ fn fifth_power(x: f32) -> f32 {
     squared * squared * x
 }
 
-/// A unit tangent in map space: the client's, made orthogonal to the normal, or any where it is not needed.
-fn tangent(normal: Vec3, given: [f32; 3], frame: &Frame, needed: bool) -> Option<Vec3> {
-    // Nothing times what is not finite is no number.
-    let [x, y, z] = given;
-    if x * 0.0 + y * 0.0 + z * 0.0 != 0.0 {
-        return None;
+/// The normal and wo in map space, of unit length: side by side, they take half the instructions.
+#[inline(always)]
+fn directions(point: &Point<'_>, frame: &Frame) -> Result<[Vec3; 2], Error> {
+    let both = [0, 1, 2].map(|k: usize| Four::load([point.normal[k], point.wo[k], point.normal[k], point.wo[k]]));
+    let [x, y, z] = both;
+    let squared = x * x + y * y + z * z;
+    let fits = Four::bits((squared - 1.0).abs().lt(Four::splat(UNIT)));
+    if fits & 0b11 != 0b11 {
+        return Err(Error::transform(if fits & 0b01 == 0 { c"normal" } else { c"wo" }));
     }
-    if !needed {
-        return Some(Vec3::from_array(any_tangent(normal.to_array())));
-    }
+    let length = squared.sqrt();
+    let [[a, d, ..], [b, e, ..], [c, f, ..]] = frame.to_map(both.map(|component| component / length)).map(Num::store);
+    Ok([Vec3::new(a, b, c), Vec3::new(d, e, f)])
+}
+
+/// The client's tangent in map space, made orthogonal to the normal, of unit length.
+#[inline(never)]
+fn tangent(normal: Vec3, given: [f32; 3], frame: &Frame) -> Option<Vec3> {
     let given = Vec3::from(frame.to_map(given));
     let rejected = given - normal * normal.dot(given);
     let length = sqrt(rejected.length_squared());

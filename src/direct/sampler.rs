@@ -1,7 +1,7 @@
 //! The working memory of one thread: its CPU level, its configuration, and room for candidates.
 
 use super::Ray;
-use super::candidates::{Draw, favour_portals, weigh_by};
+use super::candidates::{Counts, Draw, favour_portals, weigh_by};
 use super::effort::Effort;
 use super::group::Group;
 use super::joint::Points;
@@ -9,10 +9,11 @@ pub use super::joint::Sequence;
 use super::pick::{FLOOR, FLOOR_IN_THE_DARK, pick_rays};
 use super::portals::Portals;
 use super::shared::{self, Shared};
-use crate::brdf::point::{Point, Target};
+use crate::brdf::point::Point;
 use crate::brdf::surface::Surface;
 use crate::light::environment::Environment;
 use crate::simd::{Compute, GROUP, Level, Num, compute};
+use crate::sphere::Frame;
 use crate::status::{Error, Status};
 use crate::visibility::is_dark;
 use bytemuck::{Pod, Zeroable};
@@ -202,17 +203,15 @@ impl<'a> Sampler<'a> {
         let counts = effort.counts(surface);
         let groups = scratch.get_mut(..counts.sum() * (size_of::<Group>() / GROUP / size_of::<f32>()));
         let groups: &mut [Group] = groups.and_then(|room| bytemuck::try_cast_slice_mut(room).ok()).unwrap_or_default();
-        let light = &environment.source();
-        let (without_lobes, seen) = (targeted, point.seen);
-        let draw = Draw { light, surface, frame, counts, without_lobes, compensated, seen, portals };
         if let Some(portals) = portals {
             portals.enter(at, groups.get_mut((counts.light + counts.lobes) / GROUP..).unwrap_or_default());
         }
         let floor = if dark { FLOOR_IN_THE_DARK } else { FLOOR };
         // Portals share rays out by themselves; of a compensated light all candidates look for the same lamps.
         let shares = portals.is_none() && !compensated && config.shares_out(out.len());
-        let light = if shares { counts.light / GROUP } else { 0 };
-        let picked = compute(*level, Trace { draw, at, groups, target: point.target, light, floor, out });
+        let shared = if shares { counts.light / GROUP } else { 0 };
+        let trace = Trace { environment, point, surface, frame, counts, portals, at, groups, shared, floor, out };
+        let picked = compute(*level, trace);
         picked.ok_or(Error::new(Status::CallbackFailed, 0).of(c"target"))
     }
 }
@@ -226,12 +225,16 @@ fn check(environment: &Environment<'_>, point: &Point<'_>) -> Result<f32, Error>
 
 /// Draws candidates and picks rays among them: one function of a level, so that little goes from one to the other through memory.
 struct Trace<'a> {
-    draw: Draw<'a>,
+    environment: &'a Environment<'a>,
+    point: &'a Point<'a>,
+    surface: &'a Surface,
+    frame: &'a Frame,
+    counts: Counts,
+    portals: Option<&'a Portals>,
     at: Sequence,
     groups: &'a mut [Group],
-    target: Option<&'a dyn Target>,
     /// Groups of the light that have a share of the picks.
-    light: usize,
+    shared: usize,
     floor: f32,
     out: &'a mut [Ray],
 }
@@ -242,23 +245,26 @@ impl Compute for Trace<'_> {
     /// How many rays there are; `None` if the target failed.
     #[inline(always)]
     fn run<F: Num>(self) -> Option<usize> {
-        let Trace { draw, at, groups, target, light, floor, out } = self;
+        let Trace { environment, point, surface, frame, counts, portals, at, groups, shared, floor, out } = self;
+        let light = &environment.source();
+        let (without_lobes, compensated, seen) = (point.target.is_some(), point.compensated, point.seen);
+        let draw = Draw { light, surface, frame, counts, without_lobes, compensated, seen, portals };
         let points = Points::new::<F>(at);
-        let sets = points.sets::<F>(draw.counts.light);
+        let sets = points.sets::<F>(counts.light);
         let fewer;
-        let of_lobes = if draw.counts.lobes == draw.counts.light {
+        let of_lobes = if counts.lobes == counts.light {
             &sets
         } else {
-            fewer = points.sets::<F>(draw.counts.lobes);
+            fewer = points.sets::<F>(counts.lobes);
             &fewer
         };
         draw.fill::<F>([&sets, of_lobes], groups);
-        if let Some(target) = target {
-            weigh_by(groups, target, draw.frame)?;
+        if let Some(target) = point.target {
+            weigh_by(groups, target, frame)?;
         }
-        if draw.portals.is_some() {
+        if portals.is_some() {
             favour_portals(groups);
         }
-        Some(pick_rays(groups, light, floor, sets.pick::<F>(), draw.frame, out))
+        Some(pick_rays(groups, shared, floor, sets.pick::<F>(), frame, out))
     }
 }

@@ -103,12 +103,13 @@ impl Sets {
     #[inline(always)]
     pub fn at<F: Num>(&self, set: Set, candidate: u32) -> [F; 2] {
         let seeds = [0, 1].map(|number: usize| self.seed(set as u32, number));
-        let begin = (F::Whole::splat(candidate) + F::counted()) * F::Whole::splat(self.interval);
-        let digits = begin.reverse_bits() + F::Whole::splat(seeds[0]);
-        let digits = digits ^ (digits * F::Whole::splat(seeds[0] << 1));
+        let (seed, interval) = (F::Whole::splat(seeds[0]), F::Whole::splat(self.interval));
+        let begin = (F::Whole::splat(candidate) + F::counted()) * interval;
+        let digits = begin.reverse_bits() + seed;
+        let digits = digits ^ (digits * seed).shl::<1>();
         let order = F::Whole::splat(self.first) | digits & F::Whole::splat(self.last);
         let [x, y] = sobol_fractions(seeds, order);
-        [centres(begin | x & F::Whole::splat(self.interval.wrapping_sub(1))), centres(y)]
+        [centres(begin | x & (interval + F::Whole::splat(u32::MAX))), centres(y)]
     }
 
     /// The number of the pick, in (0, 1).

@@ -2,7 +2,7 @@
 
 use super::Ray;
 use super::group::Group;
-use crate::simd::{Four, GROUP, Num};
+use crate::simd::{Four, GROUP, Num, places};
 use crate::sphere::Frame;
 
 /// The share of the mean weight that every candidate has at least, so that a client whose BRDF or radiance is another than the
@@ -24,8 +24,15 @@ const SMALLEST: f32 = 1e-30;
 /// there are. `light`: groups of the light, which stand first and have their share of the picks, or 0: they have none. `floor`: the least weight,
 /// as a share of the mean. `u`: the number of the pick.
 #[inline(always)]
-pub fn pick_rays(groups: &mut [Group], light: usize, floor: f32, u: f32, frame: &Frame, out: &mut [Ray]) -> usize {
-    pick(groups, light, floor, out.len(), u, |ray, direction, weight| {
+pub fn pick_rays<F: Num>(
+    groups: &mut [Group],
+    light: usize,
+    floor: f32,
+    u: f32,
+    frame: &Frame,
+    out: &mut [Ray],
+) -> usize {
+    pick::<F>(groups, light, floor, out.len(), u, |ray, direction, weight| {
         if let Some(out) = out.get_mut(ray) {
             *out = Ray { wi: frame.to_world(direction), weight };
         }
@@ -35,7 +42,7 @@ pub fn pick_rays(groups: &mut [Group], light: usize, floor: f32, u: f32, frame: 
 /// Picks `rays` candidates, merged where one is picked more than once, and hands their number, direction and weight to `put`.
 /// Answers how many there are: none if no candidate counts.
 #[inline(always)]
-pub fn pick(
+pub fn pick<F: Num>(
     groups: &mut [Group],
     light: usize,
     floor: f32,
@@ -43,7 +50,7 @@ pub fn pick(
     u: f32,
     mut put: impl FnMut(usize, [f32; 3], f32),
 ) -> usize {
-    let total = sum_up(groups, light, rays, floor);
+    let total = sum_up::<F>(groups, light, rays, floor);
     if !(total > 0.0) {
         return 0;
     }
@@ -131,15 +138,18 @@ fn is_fit(sum: f32) -> bool {
 /// Turns weights into their sums up to each: candidates of the light get at least their share, and all that count the least weight.
 /// Answers the sum of all.
 #[inline(always)]
-fn sum_up(groups: &mut [Group], light: usize, rays: usize, floor: f32) -> f32 {
+fn sum_up<F: Num>(groups: &mut [Group], light: usize, rays: usize, floor: f32) -> f32 {
     let sum = if light > 0 { share_out(groups, light, rays) } else { sum_of(groups) };
     // Without any target every candidate that counts is as good as another.
     let (scale, least) = if is_fit(sum) { (1.0, floor * sum / number(GROUP * groups.len())) } else { (0.0, 1.0) };
     let mut total = 0.0;
     for group in groups {
+        for at in places::<F>() {
+            let counts = F::at(&group.density, at).lt(F::splat(f32::INFINITY));
+            F::only(counts, F::at(&group.weight, at) * scale + least).sums().write(&mut group.weight, at);
+        }
         for at in FOURS {
-            let counts = Four::at(&group.density, at).lt(Four::splat(f32::INFINITY));
-            let sums = Four::only(counts, Four::at(&group.weight, at) * scale + least).sums() + total;
+            let sums = Four::at(&group.weight, at) + total;
             sums.write(&mut group.weight, at);
             [.., total] = sums.store();
         }

@@ -265,6 +265,6 @@ impl Compute for Trace<'_> {
         if portals.is_some() {
             favour_portals(groups);
         }
-        Some(pick_rays(groups, shared, floor, sets.pick::<F>(), frame, out))
+        Some(pick_rays::<F>(groups, shared, floor, sets.pick::<F>(), frame, out))
     }
 }

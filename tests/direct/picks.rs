@@ -9,7 +9,7 @@ use wis::brdf::point::Point;
 use wis::direct::group::Group;
 use wis::direct::pick::{FLOOR, FLOOR_IN_THE_DARK, pick};
 use wis::direct::sampler::{Config, Sequence};
-use wis::simd::{GROUP, Level};
+use wis::simd::{Four, GROUP, Level};
 
 /// The share of the mean that every candidate has at least, and that where little of the light was seen.
 const C: f64 = 0.04;
@@ -48,7 +48,7 @@ impl Columns {
             (group.density, group.weight) = (part(&self.density), part(&self.weight));
         }
         let mut picked = Vec::new();
-        let count = pick(&mut groups, light, floor, rays, u, |ray, [x, ..], weight| {
+        let count = pick::<Four>(&mut groups, light, floor, rays, u, |ray, [x, ..], weight| {
             assert_eq!(ray, picked.len());
             picked.push((x as usize, f64::from(weight)));
         });

@@ -1,7 +1,8 @@
 //! Gives the shared library its SONAME and names the C library that its memcpy comes from.
 //!
 //! `flags` is for rustc as it compiles all that the library is made of: builders and checks for size. Lanes of kernels are written out, so that
-//! the compiler finds no others to gain by; its copies of loops and of functions are a tenth of the code. What is hot says `inline`.
+//! the compiler finds no others to gain by; its copies of loops and of functions, and what aligns loops, are a tenth of the code. What is hot says
+//! `inline`.
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");

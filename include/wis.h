@@ -371,6 +371,28 @@ typedef enum wis_cause {
   WIS_CAUSE_CLAMPED = 11, /**< You clamp what you look up at `limit`: clamp the map before you build the light. */
 } wis_cause;
 
+/// What explains the difference between a client's BRDF x cosine and the lobes of a point.
+typedef enum wis_mistake {
+  WIS_MISTAKE_NONE = 0, /**< The lobes are your BSDF. */
+  WIS_MISTAKE_SCALED = 1, /**< Your BSDF is `scale` times the lobes: harmless, since rays are chosen alike. */
+  WIS_MISTAKE_WO = 2, /**< wo points into the surface. Also where your BSDF ignores the side of wo and wo lies below. */
+  WIS_MISTAKE_NORMAL = 3, /**< The normal points to the other side: flip it to the side of wo, or set WIS_POINT_WHOLE_SPHERE. */
+  WIS_MISTAKE_WI = 4, /**< Your BSDF takes wi towards the surface: wi points to the light. */
+  WIS_MISTAKE_NO_WEIGHT = 5, /**< The weights of all lobes are 0. */
+  WIS_MISTAKE_WEIGHT = 6, /**< The weight of `lobe` should be `value` times as large, or `value` if it is 0. */
+  WIS_MISTAKE_COSINE_MISSING = 7, /**< Your values lack a cosine: multiply by it, or set WIS_POINT_COSINE_INCLUDED. */
+  WIS_MISTAKE_COSINE_TWICE = 8, /**< Your values have a cosine too many: WIS_POINT_COSINE_INCLUDED is set, or you multiply twice. */
+  WIS_MISTAKE_ALPHA_SQUARE = 9, /**< Your alpha is the square of `a` and `b` of GGX lobes: you pass roughness in place of its square. */
+  WIS_MISTAKE_ALPHA_ROOT = 10, /**< Your alpha is the square root of `a` and `b` of GGX lobes. */
+  WIS_MISTAKE_TANGENT = 11, /**< The tangent should be rotated about the normal by `angle`; by 90 degrees: or swap `a` and `b`. */
+  WIS_MISTAKE_ETA = 12, /**< `eta` is inverted. */
+  WIS_MISTAKE_SIDES = 13, /**< Your sides and the lobes' differ: set WIS_POINT_WHOLE_SPHERE, or add a lobe that transmits. */
+  WIS_MISTAKE_F0 = 14, /**< f0 of `lobe`, and of lobes with the same f0, should be `value`. */
+  WIS_MISTAKE_RESEMBLES = 15, /**< No mistake: the lobes resemble your BSDF, of which they are 1 - `error` (docs/integrating.md). */
+  WIS_MISTAKE_OTHER = 16, /**< Less than half of your BSDF is in the lobes: two mistakes, or lobes of another kind. */
+  WIS_MISTAKE_PORTALS = 17, /**< Your BSDF is in the lobes, but no portal faces the point: `edges[0]` x `edges[1]` points into the room. */
+} wis_mistake;
+
 /// Writes the radiance that you see from `count` world directions, three floats each: linear RGB, three floats each, finite and at least 0.
 /// Returns 0; anything else stops the call with WIS_CALLBACK_FAILED. Floating-point control is the default meanwhile.
 typedef int (*wis_radiance_fn)(void *user, size_t count, const float *wi, float *rgb);
@@ -397,38 +419,6 @@ typedef struct wis_check_info {
   float limit; /**< The luminance at which you clamp what you look up; 0 if you do not. */
 } wis_check_info;
 
-/// Compares your radiance with an environment and names the likely mistake: wrong axes, a wrong filter and the like cost no bias but many
-/// times the error, in silence. Call it once while you integrate the library, or in a test.
-///
-/// `radiance` of `config` is called for at most 64 world directions at a time: 256, half of them drawn from the light, and up to 25,000
-/// more that confirm an explanation. It answers the same for the same direction. What your map does not show is no mistake: a constant sky
-/// fits every frame. WIS_CALLBACK_FAILED for a radiance that is NaN, infinite or negative: `y` of the fault (wis_sampler_fault) is the
-/// number of the direction. WIS_NOT_BUILT for an environment with WIS_ENVIRONMENT_RAYS_ONLY. 1 to 20 ms besides `radiance`. Work: constant.
-enum wis_status wis_check(struct wis_sampler *sampler, const struct wis_environment *environment, const struct wis_check_config *config,
-    struct wis_check_info *info);
-
-/// What explains the difference between a client's BRDF x cosine and the lobes of a point.
-typedef enum wis_mistake {
-  WIS_MISTAKE_NONE = 0, /**< The lobes are your BSDF. */
-  WIS_MISTAKE_SCALED = 1, /**< Your BSDF is `scale` times the lobes: harmless, since rays are chosen alike. */
-  WIS_MISTAKE_WO = 2, /**< wo points into the surface. Also where your BSDF ignores the side of wo and wo lies below. */
-  WIS_MISTAKE_NORMAL = 3, /**< The normal points to the other side: flip it to the side of wo, or set WIS_POINT_WHOLE_SPHERE. */
-  WIS_MISTAKE_WI = 4, /**< Your BSDF takes wi towards the surface: wi points to the light. */
-  WIS_MISTAKE_NO_WEIGHT = 5, /**< The weights of all lobes are 0. */
-  WIS_MISTAKE_WEIGHT = 6, /**< The weight of `lobe` should be `value` times as large, or `value` if it is 0. */
-  WIS_MISTAKE_COSINE_MISSING = 7, /**< Your values lack a cosine: multiply by it, or set WIS_POINT_COSINE_INCLUDED. */
-  WIS_MISTAKE_COSINE_TWICE = 8, /**< Your values have a cosine too many: WIS_POINT_COSINE_INCLUDED is set, or you multiply twice. */
-  WIS_MISTAKE_ALPHA_SQUARE = 9, /**< Your alpha is the square of `a` and `b` of GGX lobes: you pass roughness in place of its square. */
-  WIS_MISTAKE_ALPHA_ROOT = 10, /**< Your alpha is the square root of `a` and `b` of GGX lobes. */
-  WIS_MISTAKE_TANGENT = 11, /**< The tangent should be rotated about the normal by `angle`; by 90 degrees: or swap `a` and `b`. */
-  WIS_MISTAKE_ETA = 12, /**< `eta` is inverted. */
-  WIS_MISTAKE_SIDES = 13, /**< Your sides and the lobes' differ: set WIS_POINT_WHOLE_SPHERE, or add a lobe that transmits. */
-  WIS_MISTAKE_F0 = 14, /**< f0 of `lobe`, and of lobes with the same f0, should be `value`. */
-  WIS_MISTAKE_RESEMBLES = 15, /**< No mistake: the lobes resemble your BSDF, of which they are 1 - `error` (docs/integrating.md). */
-  WIS_MISTAKE_OTHER = 16, /**< Less than half of your BSDF is in the lobes: two mistakes, or lobes of another kind. */
-  WIS_MISTAKE_PORTALS = 17, /**< Your BSDF is in the lobes, but no portal faces the point: `edges[0]` x `edges[1]` points into the room. */
-} wis_mistake;
-
 /// What was found.
 typedef struct wis_point_verdict {
   uint32_t size; /**< sizeof(wis_point_verdict), set by the caller. */
@@ -441,6 +431,16 @@ typedef struct wis_point_verdict {
   float value; /**< WIS_MISTAKE_WEIGHT, WIS_MISTAKE_F0: see there; the luminance of a weight, grey f0. Else 0. */
   float angle; /**< WIS_MISTAKE_TANGENT: in degrees, 0 to 180, counter-clockwise seen from the tip of the normal. Else 0. */
 } wis_point_verdict;
+
+/// Compares your radiance with an environment and names the likely mistake: wrong axes, a wrong filter and the like cost no bias but many
+/// times the error, in silence. Call it once while you integrate the library, or in a test.
+///
+/// `radiance` of `config` is called for at most 64 world directions at a time: 256, half of them drawn from the light, and up to 25,000
+/// more that confirm an explanation. It answers the same for the same direction. What your map does not show is no mistake: a constant sky
+/// fits every frame. WIS_CALLBACK_FAILED for a radiance that is NaN, infinite or negative: `y` of the fault (wis_sampler_fault) is the
+/// number of the direction. WIS_NOT_BUILT for an environment with WIS_ENVIRONMENT_RAYS_ONLY. 1 to 20 ms besides `radiance`. Work: constant.
+enum wis_status wis_check(struct wis_sampler *sampler, const struct wis_environment *environment, const struct wis_check_config *config,
+    struct wis_check_info *info);
 
 /// Compares your BSDF, the `target` of a point, with its lobes and names the likely mistake: a wo that is flipped, roughness for alpha, a
 /// cosine too many and the like cost no bias but many times the error, in silence. Call it once for a kind of material, or in a test.

@@ -28,10 +28,11 @@ pub fn checksum(bytes: &[u8]) -> u64 {
     hash.finish()
 }
 
-/// Writes the checksum of an object.
-pub fn write_checksum(bytes: &mut [u8]) {
-    let checksum = checksum(bytes).to_ne_bytes();
-    bytes.iter_mut().skip(CHECKSUM.start).zip(checksum).for_each(|(slot, byte)| *slot = byte);
+/// Writes the checksum of an object, and answers it.
+pub fn write_checksum(bytes: &mut [u8]) -> u64 {
+    let checksum = checksum(bytes);
+    bytes.iter_mut().skip(CHECKSUM.start).zip(checksum.to_ne_bytes()).for_each(|(slot, byte)| *slot = byte);
+    checksum
 }
 
 /// Whether an object has the checksum of its bytes.

@@ -13,21 +13,23 @@ const TABLES_HASH: usize = 24;
 pub const POWER: usize = 32;
 pub const FRAME: usize = 304;
 pub const HEADER: usize = 344;
-/// Where squares of a tree begin, and nodes of visibility.
-const SQUARES: usize = 64;
+/// Where nodes of visibility begin, and their bytes.
 const NODES: usize = 24;
+const NODE: usize = 8;
 
 /// The id of what bytes of a kind say they are; none if they are too few for that, or are of a kind that is never opened.
 pub fn content_id(kind: &str, bytes: &[u8]) -> Option<u64> {
     match kind {
         "wis_environment" => environment(bytes).map(|[_, id]| id),
-        "wis_tree" => tree(bytes),
-        "wis_visibility" => visibility(bytes),
+        "wis_visibility" => {
+            let nodes = (word(bytes, LENGTH)? as usize).checked_mul(NODE)?;
+            Some(checksum(bytes.get(..nodes.checked_add(NODES)?)?))
+        }
         "wis_product" => {
             let length = word(bytes.get(..size_of::<Header>())?, offset_of!(Header, bytes))?;
             Some(checksum(bytes.get(..length as usize)?))
         }
-        "wis_jitter" => Some(checksum(bytes.get(..long(bytes, LENGTH)? as usize)?)),
+        "wis_tree" | "wis_jitter" => Some(checksum(bytes.get(..(long(bytes, LENGTH)? as usize).min(bytes.len()))?)),
         _ => None,
     }
 }
@@ -51,19 +53,6 @@ fn long(bytes: &[u8], at: usize) -> Option<u64> {
     Some(u64::from_le_bytes(*bytes.get(at..)?.first_chunk()?))
 }
 
-/// So many bytes from a place on.
-fn part(bytes: &[u8], from: usize, count: usize) -> Option<&[u8]> {
-    bytes.get(from..from.checked_add(count)?)
-}
-
-/// Adds words one by one, or pairs of them, the first in front.
-fn add_words(hash: &mut ContentHash, words: &[u8], pairs: bool) {
-    for element in words.chunks_exact(if pairs { 8 } else { 4 }) {
-        let numbers = element.chunks_exact(4).filter_map(|four| word(four, 0));
-        hash.add(numbers.fold(0, |all, number| all << 32 | u64::from(number)));
-    }
-}
-
 /// The hash of an environment's tables, and its id.
 fn environment(bytes: &[u8]) -> Option<[u64; 2]> {
     // How long it is depends on its pixels: memory may be longer.
@@ -81,33 +70,10 @@ fn environment(bytes: &[u8]) -> Option<[u64; 2]> {
     }
     let (tables, mut hash) = (tables.finish(), ContentHash::new());
     hash.add(tables);
-    add_words(&mut hash, part(bytes, FRAME, 36)?, false);
+    bytes
+        .get(FRAME..FRAME + 36)?
+        .chunks_exact(4)
+        .filter_map(|four| word(four, 0))
+        .for_each(|word| hash.add(word.into()));
     Some([tables, hash.finish()])
-}
-
-fn tree(bytes: &[u8]) -> Option<u64> {
-    const DIMENSIONS: usize = 40;
-    const COUNT: usize = 48;
-    const EXPONENT: usize = 52;
-    let header = bytes.get(..SQUARES)?;
-    let mut hash = ContentHash::new();
-    for at in [0, LENGTH, 24, 32] {
-        hash.add(long(header, at)?);
-    }
-    hash.add(i64::from(word(header, EXPONENT)? as i32) as u64);
-    for at in [DIMENSIONS, 44, COUNT, 56] {
-        hash.add(word(header, at)?.into());
-    }
-    let squares = word(header, COUNT)? as usize;
-    let averages = 4usize.checked_mul(1usize.checked_shl(word(header, DIMENSIONS)?)?)?.checked_mul(squares)?;
-    add_words(&mut hash, part(bytes, SQUARES, averages)?, false);
-    add_words(&mut hash, part(bytes, SQUARES + averages, 8 * squares)?, true);
-    Some(hash.finish())
-}
-
-fn visibility(bytes: &[u8]) -> Option<u64> {
-    let mut hash = ContentHash::new();
-    add_words(&mut hash, part(bytes, LENGTH, 8)?, true);
-    add_words(&mut hash, part(bytes, NODES, 8 * word(bytes, LENGTH)? as usize)?, true);
-    Some(hash.finish())
 }

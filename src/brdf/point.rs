@@ -3,11 +3,19 @@
 use super::material::{MAX_LOBES, Material};
 use super::portal::Portal;
 use crate::visibility::Factors;
+use core::fmt;
 
 /// The client's BRDF as what candidates are weighed by.
-pub trait Target: core::fmt::Debug {
+pub trait Target {
     /// Writes the luminance of BRDF x |cosine| for world directions, finite and not negative; false if that failed.
     fn f_cos(&self, wi: &[[f32; 3]], out: &mut [f32]) -> bool;
+}
+
+// Not of the client's type: each target would bring the code that prints it.
+impl fmt::Debug for dyn Target + '_ {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Target")
+    }
 }
 
 /// A shading point in world space. What C has side by side is apart here: copied in one piece, it would be a call of `memcpy`.

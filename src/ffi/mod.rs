@@ -5,8 +5,6 @@
 
 #[cfg(feature = "checks")]
 pub mod check;
-#[cfg(feature = "checks")]
-pub mod check_point;
 pub mod direct;
 pub mod light;
 #[cfg(feature = "lights")]

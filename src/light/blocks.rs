@@ -256,11 +256,7 @@ fn write_masses(texels: &Texels<'_>, tile: &Tile, rows: &mut [u16], lines: &mut 
     let [grid_columns, grid_rows] = tile.grid.map(|n| n as usize);
     let mut mass: PatchValues = [0.0; BLOCK * BLOCK];
     if tile.step == [0, 0] {
-        texels.each_patch(tile, |[i, j], _, _, light| {
-            if let Some(out) = mass.get_mut(j as usize * BLOCK + i as usize) {
-                *out = light;
-            }
-        });
+        patch_masses(texels, tile, &mut mass);
     } else {
         coarse_masses(texels, tile, &mut mass);
     }
@@ -307,12 +303,28 @@ fn write_corners(texels: &Texels<'_>, tile: &Tile, lines: &mut [u16]) -> f32 {
     brightest
 }
 
+/// The light of each patch of a tile of single patches. A function of its own, which both kinds of tiles share.
+#[inline(never)]
+fn patch_masses(texels: &Texels<'_>, tile: &Tile, mass: &mut PatchValues) {
+    texels.each_patch(tile, |[i, j], _, _, light| {
+        if let Some(out) = mass.get_mut(j as usize * BLOCK + i as usize) {
+            *out = light;
+        }
+    });
+}
+
 /// The light of each cell of a tile's grid.
 #[inline(never)]
 fn coarse_masses(texels: &Texels<'_>, tile: &Tile, mass: &mut PatchValues) {
+    let mut patches: PatchValues = [0.0; BLOCK * BLOCK];
     let rows = mass.chunks_exact_mut(BLOCK).flat_map(|row| row.iter_mut().take(tile.grid[0] as usize));
     for (out, cell) in rows.zip(tile.cells()) {
-        cell.parts().for_each(|part| texels.each_patch(&part, |_, _, _, light| *out += light));
+        for part in cell.parts() {
+            patch_masses(texels, &part, &mut patches);
+            let [columns, rows] = part.grid.map(|n| n as usize);
+            let rows = patches.chunks_exact(BLOCK).take(rows);
+            *out = rows.flat_map(|row| row.iter().take(columns)).fold(*out, |sum, light| sum + light);
+        }
     }
 }
 

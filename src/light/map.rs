@@ -188,24 +188,31 @@ fn is_allowed(
     let last = corners.map(|n| n - 1);
     // Of the tile's own corners, those of the coarse grid.
     let stored = |at: [u32; 2]| {
-        if bilinear {
-            let [x, y] = [0, 1].map(|k: usize| (at[k] << step).min(last[k]) as usize);
-            fine.get(y * NODES + x).copied().unwrap_or(0.0)
-        } else {
-            texels.node(face, [0, 1].map(|k: usize| origin[k] + (at[k] << step)), step)
-        }
+        let [x, y] = [0, 1].map(|k: usize| (at[k] << step).min(last[k]) as usize);
+        fine.get(y * NODES + x).copied().unwrap_or(0.0)
     };
+    // For a nearest client, of a row of the coarse grid: each is the mean of many patches.
+    let mut means = [0.0; NODES];
     let largest = 1.0 + (LARGEST * of.budget).max(LARGEST_AT_LEAST);
     let (mut sum, mut total) = (0.0f64, 0.0f64);
     let inside = if bilinear { 0 } else { 1 };
     for (y, row) in (0..corners[1] - inside).zip(fine.chunks_exact(NODES)) {
+        let inside_cell = |n: u32| n & ((1 << step) - 1);
+        if !bilinear && inside_cell(y) == 0 {
+            for (x, mean) in (0..corners[0]).step_by(1 << step).zip(&mut means) {
+                *mean = texels.node(face, [origin[0] + x, origin[1] + y], step);
+            }
+        }
         for (x, &light) in (0..corners[0] - inside).zip(row) {
             let [i, j] = [x >> step, y >> step];
-            let [s, t] =
-                [x, y].map(|n| if bilinear { (n & ((1 << step) - 1)) as f32 / (1 << step) as f32 } else { 0.0 });
+            let [s, t] = [x, y].map(|n| inside_cell(n) as f32 / (1 << step) as f32);
             let line =
                 |j: u32| if s > 0.0 { stored([i, j]) * (1.0 - s) + stored([i + 1, j]) * s } else { stored([i, j]) };
-            let coarse = if t > 0.0 { line(j) * (1.0 - t) + line(j + 1) * t } else { line(j) };
+            let coarse = match bilinear {
+                true if t > 0.0 => line(j) * (1.0 - t) + line(j + 1) * t,
+                true => line(j),
+                false => means.get(i as usize).copied().unwrap_or(0.0),
+            };
             if light > largest * coarse {
                 return false;
             }

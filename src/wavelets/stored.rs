@@ -1,7 +1,7 @@
 //! A tree of two or four axes as one block of bytes without pointers: what it says of itself, then squares, then links.
 
-use crate::blob::{Magic, Part, header, write_header};
-use crate::numeric::{ContentHash, times_power};
+use crate::blob::{Magic, Part, has_checksum, header, write_checksum, write_header};
+use crate::numeric::times_power;
 use crate::status::{Error, Result, Status};
 use crate::wavelets::tree::{Link, MAX_DEPTH, Tree};
 use crate::wavelets::warp;
@@ -173,7 +173,7 @@ pub struct Header {
 const EXPONENTS: RangeInclusive<i32> = -1022..=1023;
 
 impl Magic for Header {
-    const MAGIC: u64 = u64::from_le_bytes(*b"wis-tre\x02");
+    const MAGIC: u64 = u64::from_le_bytes(*b"wis-tre\x03");
 }
 
 impl Header {
@@ -212,22 +212,6 @@ impl Header {
         // The average is rounded, and a mean below 2^-1022 is rounded twice.
         let rounding = self.mean * 1e-6 + f64::MIN_POSITIVE * 1e-9;
         finite && EXPONENTS.contains(&self.exponent) && (self.mean - told).abs() <= rounding
-    }
-
-    /// The hash of everything but the id itself.
-    fn hash(&self, averages: &[f32], links: &[Link]) -> u64 {
-        let mut hash = ContentHash::new();
-        for word in [self.magic, self.bytes, self.mean.to_bits(), self.error.to_bits(), self.exponent as u64] {
-            hash.add(word);
-        }
-        for word in [self.dimensions, self.depth, self.squares, self.average.to_bits()] {
-            hash.add(word.into());
-        }
-        hash.add_floats(averages);
-        for link in links {
-            hash.add(u64::from(link.first) << 32 | u64::from(link.mask));
-        }
-        hash.finish()
     }
 }
 
@@ -284,9 +268,9 @@ impl<'a> Stored<'a> {
     /// [`Status::Corrupt`].
     pub fn open(bytes: &'a [u8]) -> Result<Stored<'a>> {
         let stored = Stored::view(bytes).filter(|stored| stored.tree.is_sound()).ok_or(Status::Corrupt)?;
-        let (header, averages, links) = (stored.header, stored.tree.averages(), stored.tree.links());
+        let header = stored.header;
         let known = header.reserved == 0 && header.checked_length().is_some() && header.is_possible();
-        if known && header.content_id == header.hash(averages, links) { Ok(stored) } else { Err(Status::Corrupt) }
+        if known && has_checksum(bytes) { Ok(stored) } else { Err(Status::Corrupt) }
     }
 }
 
@@ -327,7 +311,7 @@ pub fn store(
     let parts = Parts::new(axes, squares).ok_or(Status::Overflow)?;
     let (averages, links) = parts.divide(memory).ok_or(Error::too_small(MEMORY, parts.bytes))?;
     let Facts { depth, mean, error, exponent, average } = fill(averages, links)?;
-    let mut header = Header {
+    let header = Header {
         magic: Header::MAGIC,
         bytes: parts.bytes as u64,
         content_id: 0,
@@ -340,9 +324,9 @@ pub fn store(
         average,
         reserved: 0,
     };
-    header.content_id = header.hash(averages, links);
-    write_header(memory, &header);
-    Ok(header)
+    let tree = memory.get_mut(..parts.bytes).unwrap_or_default();
+    write_header(tree, &header);
+    Ok(Header { content_id: write_checksum(tree), ..header })
 }
 
 /// The mean of a function from what is stored of it, `2^-power` of it; a tree with this exponent can have it.

@@ -3,8 +3,8 @@
 //! A square keeps the averages of its four children as bytes, and where its kept children stand: an indexed look-up
 //! without a hash. Where visibility is 0 or 1 nothing is lost; averages of larger squares are off by 1/510 at most.
 
-use crate::blob::{Magic, Part, Size, header, write_header};
-use crate::numeric::{ContentHash, inverse_power};
+use crate::blob::{Magic, Part, Size, has_checksum, header, write_checksum, write_header};
+use crate::numeric::inverse_power;
 use crate::status::{Result, Status};
 use crate::wavelets::tree::{MAX_DEPTH, Tree, is_tree};
 use crate::wavelets::triple::Quadtree;
@@ -21,7 +21,7 @@ pub struct Header {
 }
 
 impl Magic for Header {
-    const MAGIC: u64 = u64::from_le_bytes(*b"wis-vis\x03");
+    const MAGIC: u64 = u64::from_le_bytes(*b"wis-vis\x04");
 }
 
 impl Header {
@@ -29,16 +29,6 @@ impl Header {
     pub fn length(&self) -> Option<usize> {
         bytes(self.nodes as usize).filter(|_| self.magic == Header::MAGIC)
     }
-}
-
-/// The hash of everything but itself. Any share is a valid one, so that nothing else tells a changed byte.
-fn checksum(average: f32, nodes: &[Node]) -> u64 {
-    let mut hash = ContentHash::new();
-    hash.add((nodes.len() as u64) << 32 | u64::from(average.to_bits()));
-    for node in nodes {
-        hash.add(u64::from(u32::from_le_bytes(node.average)) << 32 | u64::from(node.below));
-    }
-    hash.finish()
 }
 
 fn bytes(nodes: usize) -> Option<usize> {
@@ -63,8 +53,9 @@ pub fn compress_in(tree: &Tree<4>, scale: f64, memory: &mut [u8]) -> Result<()> 
     let nodes = nodes.unwrap_or(&mut []);
     compress(tree, scale, nodes)?;
     let average = if average < 1.0 { average as f32 } else { 1.0 };
-    let (count, checksum) = (nodes.len() as u32, checksum(average, nodes));
-    write_header(memory, &Header { magic: Header::MAGIC, nodes: count, average, checksum });
+    let header = Header { magic: Header::MAGIC, nodes: nodes.len() as u32, average, checksum: 0 };
+    write_header(memory, &header);
+    write_checksum(memory);
     Ok(())
 }
 
@@ -133,9 +124,10 @@ impl<'a> Visibility<'a> {
     /// # Errors
     /// [`Status::Corrupt`].
     pub fn open(bytes: &'a [u8]) -> Result<Visibility<'a>> {
-        let Visibility { average, nodes } = Visibility::view(bytes).ok_or(Status::Corrupt)?;
-        let stated = header(bytes).map(|header: &Header| header.checksum);
-        if stated == Some(checksum(average, nodes)) { Visibility::new(average, nodes) } else { Err(Status::Corrupt) }
+        // Any share is a valid one, so that nothing but the checksum tells a changed byte.
+        let Visibility { average, nodes } =
+            Visibility::view(bytes).filter(|_| has_checksum(bytes)).ok_or(Status::Corrupt)?;
+        Visibility::new(average, nodes)
     }
 
     /// Nodes that somebody stored.

@@ -1,7 +1,6 @@
 //! Every function of the library, callable with one machine word for each argument.
 
 use wis::ffi::check::*;
-use wis::ffi::check_point::*;
 use wis::ffi::direct::*;
 use wis::ffi::light::*;
 use wis::ffi::lights::*;

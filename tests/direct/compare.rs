@@ -10,7 +10,7 @@ use wis::brdf::material::{Material, Shape};
 use wis::brdf::point::Point;
 use wis::brdf::portal::Portal;
 use wis::direct::sampler::{Config, Sampler};
-use wis::ffi::check_point::*;
+use wis::ffi::check::*;
 use wis::points::sobol;
 use wis::simd::Level;
 use wis::sphere::Frame;

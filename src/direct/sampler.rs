@@ -136,6 +136,7 @@ impl<'a> Sampler<'a> {
     ///
     /// # Errors
     /// What is wrong with the point.
+    #[inline(always)]
     pub fn direct(
         &mut self,
         environment: &Environment<'_>,
@@ -149,6 +150,21 @@ impl<'a> Sampler<'a> {
             return check(environment, point).map(|_| 0);
         }
         let out = out.get_mut(..rays).unwrap_or_default();
+        if point.portals.is_empty() && self.shared.is_none() {
+            return self.rays(environment, point, at, out, None);
+        }
+        self.otherwise(environment, point, at, out)
+    }
+
+    /// As [`Sampler::direct`], where there are portals, or where hits share products.
+    #[inline(never)]
+    fn otherwise(
+        &mut self,
+        environment: &Environment<'_>,
+        point: &Point<'_>,
+        at: Sequence,
+        out: &mut [Ray],
+    ) -> Result<usize, Error> {
         if !point.portals.is_empty() {
             return self.through(environment, point, at, out);
         }
@@ -165,7 +181,6 @@ impl<'a> Sampler<'a> {
     }
 
     /// As [`Sampler::rays`], of a point with portals.
-    #[inline(never)]
     fn through(
         &mut self,
         environment: &Environment<'_>,

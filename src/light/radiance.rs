@@ -6,7 +6,7 @@
 //! an error budget leaves out what the map does not need. Without a budget one tile holds all faces.
 
 use super::chart::{Chart, Layout};
-use crate::simd::{Num, Whole, prefetch};
+use crate::simd::{Num, Whole, prefetch, prefetch_behind};
 
 /// log2 of the words that a tile's first word is a multiple of.
 pub const TILE_ALIGNMENT: i32 = 3;
@@ -99,10 +99,9 @@ impl Radiance<'_> {
     /// Prefetches what [`Radiance::of`] reads.
     #[inline(always)]
     pub fn prefetch<F: Num>(&self, texels: &Texels<F>) {
-        let below = self.words.get(self.stride as usize..).unwrap_or_default();
         for first in F::ints_of(texels.first).as_ref() {
             prefetch(self.words, *first as usize);
-            prefetch(below, *first as usize);
+            prefetch_behind(self.words, self.stride as usize, *first as usize);
         }
     }
 

@@ -96,10 +96,10 @@ pub struct StandIn {
 pub fn unit(chart: &Chart) -> f32 {
     const FINEST_UNIT: f32 = 1.0 / (1u32 << FINEST) as f32;
     const MANTISSA: u32 = (1 << 23) - 1;
-    let longest = chart.axes[0].length.max(chart.axes[1].length * chart.faces() as f32);
+    let longest = max(chart.axes[0].length, chart.axes[1].length * chart.faces() as f32);
     // The power of two that is not below, by the exponent: each call for rays comes here.
     let power = f32::from_bits(longest.to_bits().wrapping_add(MANTISSA) & !MANTISSA);
-    (power * (1.0 / (1u32 << BITS) as f32)).max(FINEST_UNIT)
+    max(power * (1.0 / (1u32 << BITS) as f32), FINEST_UNIT)
 }
 
 /// A stratum: column, row (counted over all faces), width and height; and along both axes its density where it begins over the mean one.

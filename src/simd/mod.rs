@@ -54,7 +54,7 @@ pub use apart::Apart;
 pub use array::A4;
 pub use level::{Compute, Level, compute, detect};
 pub use num::{GROUP, Num, REGISTERS, Whole, places, sum};
-pub use scalar::{prefetch, prefetch_all, rank, rank16, sqrt, truncate};
+pub use scalar::{prefetch, prefetch_all, prefetch_behind, rank, rank16, sqrt, truncate};
 
 // Four numbers, as every processor of this target has them.
 #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]

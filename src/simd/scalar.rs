@@ -50,7 +50,13 @@ pub fn rank16(window: &[u16; WINDOW], x: u16, limit: usize) -> usize {
 /// Asks for the cache line of an element; nothing happens if there is none.
 #[inline(always)]
 pub fn prefetch<T>(table: &[T], index: usize) {
-    ask(table.as_ptr().wrapping_add(index));
+    prefetch_behind(table, 0, index);
+}
+
+/// As [`prefetch`], counted from another element.
+#[inline(always)]
+pub fn prefetch_behind<T>(table: &[T], other: usize, index: usize) {
+    ask(table.as_ptr().wrapping_add(other).wrapping_add(index));
 }
 
 /// Asks for all cache lines of what a pointer points to, if anything.

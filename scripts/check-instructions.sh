@@ -12,10 +12,10 @@ mkdir -p "$out"
 # call, directions of it, material, width of the map, goal, the most instructions (those of 2026-11-28 and 2 %), those on record, those of
 # version 0.2; of products, those before they were laid in one pass. Of several directions one counts.
 goals="
-direct  1  lambert 256  2700 2700 2669 11395
-direct  1  ggx     256  3600 4461 4434 20487
-direct  1  lambert 1024 2700 2700 2672 11076
-direct  1  ggx     1024 3600 4465 4438 19891
+direct  1  lambert 256  2700 2653 2637 11395
+direct  1  ggx     256  3600 4422 4396 20487
+direct  1  lambert 1024 2700 2656 2640 11076
+direct  1  ggx     1024 3600 4426 4400 19891
 prepare 1  lambert 1024 6500 8103 7944 18787
 prepare 1  ggx     1024 16000 23567 23105 32227
 sample  1  lambert 1024 1200 2471 2423 3213

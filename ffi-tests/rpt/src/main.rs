@@ -6,7 +6,7 @@
 mod pictures;
 
 use anyhow::{Context, Result, anyhow, ensure};
-use pictures::Pictures;
+use pictures::{HEIGHT, Pictures, SAMPLES, WIDTH, regions, rows, verdict, with_light};
 use rand::{Rng, SeedableRng, rngs::StdRng};
 use rpt::glm::{self, DVec3};
 use rpt::{
@@ -15,13 +15,9 @@ use rpt::{
 };
 use std::f64::consts::PI;
 use std::fmt::Write;
-use std::time::Instant;
-use wis::{Block, Cause, Config, Level, Map, Point, Ray, Sampler, Sequence, Shape};
+use wis::{Cause, Map, Point, Ray, Sequence, Shape};
 
-const WIDTH: u32 = 96;
-const HEIGHT: u32 = 54;
-const PICTURES: usize = 12;
-const SAMPLES: u32 = 16;
+const PICTURES: u64 = 12;
 /// Samples a pixel of rpt's own pictures, the reference of the means.
 const REFERENCE: u32 = 256;
 /// All z of a run must stay below: a false alarm in 10,000 runs of 5 of them. Bonferroni.
@@ -131,17 +127,6 @@ fn seen(scene: &Scene, x: u32, y: u32, place: [f64; 2], rng: &mut StdRng) -> Opt
     })
 }
 
-/// The object of each pixel whose corners all see it.
-fn regions(scene: &Scene) -> Vec<Option<usize>> {
-    let mut rng = StdRng::seed_from_u64(0);
-    let mut of_pixel = |x, y| {
-        let places = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]];
-        let corners = places.map(|place| seen(scene, x, y, place, &mut rng).map(|hit| hit.number));
-        corners[0].filter(|_| corners.iter().all(|corner| *corner == corners[0]))
-    };
-    pixels().map(|(x, y)| of_pixel(x, y)).collect()
-}
-
 fn pixels() -> impl Iterator<Item = (u32, u32)> {
     (0..HEIGHT).flat_map(|y| (0..WIDTH).map(move |x| (x, y)))
 }
@@ -161,9 +146,9 @@ fn point<'m>(lobes: &'m [wis::Material], hit: &Hit) -> Point<'m> {
 /// A way to light a hit by one ray; the numbers are pixel and sample.
 type Light<'a> = dyn FnMut(&Hit, u32, u32, &mut StdRng) -> Result<f64> + 'a;
 
-/// Luminance pixel by pixel, and how long the picture took.
-fn picture(scene: &Scene, seed: u64, light: &mut Light<'_>) -> Result<(Vec<f64>, f64)> {
-    let (start, mut rng) = (Instant::now(), StdRng::seed_from_u64(seed));
+/// Luminance pixel by pixel.
+fn picture(scene: &Scene, seed: u64, light: &mut Light<'_>) -> Result<Vec<f64>> {
+    let mut rng = StdRng::seed_from_u64(seed);
     let picture = (0..).zip(pixels()).map(|(pixel, (x, y))| {
         let mut sum = 0.0;
         for sample in 0..SAMPLES {
@@ -174,59 +159,24 @@ fn picture(scene: &Scene, seed: u64, light: &mut Light<'_>) -> Result<(Vec<f64>,
         }
         Ok(sum / f64::from(SAMPLES))
     });
-    let picture = picture.collect::<Result<Vec<f64>>>()?;
-    Ok((picture, start.elapsed().as_secs_f64()))
-}
-
-impl Pictures {
-    fn take(mut one: impl FnMut(u64) -> Result<(Vec<f64>, f64)>) -> Result<Pictures> {
-        let mut pictures = Pictures { of: Vec::new(), seconds: f64::INFINITY };
-        for repeat in 0..PICTURES as u64 {
-            let (picture, seconds) = one(repeat)?;
-            pictures.of.push(picture);
-            pictures.seconds = pictures.seconds.min(seconds);
-        }
-        Ok(pictures)
-    }
+    picture.collect()
 }
 
 /// A picture of rpt's own renderer, decoded from its 8 bits. One bounce: environment light that a BSDF sample meets.
-fn own_picture(scene: &Scene) -> (Vec<f64>, f64) {
-    let start = Instant::now();
+fn own_picture(scene: &Scene) -> Vec<f64> {
     let renderer = Renderer::new(scene, camera()).width(WIDTH).height(HEIGHT).max_bounces(1).exposure_value(EXPOSURE);
     let image = renderer.num_samples(REFERENCE).render();
     let decoded = |byte: u8| ((f64::from(byte) + 0.5) / 255.0).powf(2.2) / EXPOSURE.exp2();
-    let of = image.pixels().map(|p| luminance(&glm::vec3(decoded(p[0]), decoded(p[1]), decoded(p[2])))).collect();
-    (of, start.elapsed().as_secs_f64())
+    image.pixels().map(|p| luminance(&glm::vec3(decoded(p[0]), decoded(p[1]), decoded(p[2])))).collect()
 }
 
 fn vector(wi: [f32; 3]) -> DVec3 {
     glm::vec3(f64::from(wi[0]), f64::from(wi[1]), f64::from(wi[2])).normalize()
 }
 
-fn verdict(holds: bool) -> &'static str {
-    if holds { "holds" } else { "**does not hold**" }
-}
-
-/// Builds a light from a map, and hands it over together with a sampler.
-fn with_light<T>(map: &Map<'_>, then: impl FnOnce(&wis::Environment<'_>, &mut Sampler<'_>) -> Result<T>) -> Result<T> {
-    let size = map.size()?;
-    let (mut memory, mut scratch) = (blocks(size.bytes), blocks(size.scratch));
-    let environment = map.build_in(&mut memory, &mut scratch).map_err(|error| anyhow!("{error:?}"))?;
-    let config = Config::for_rays(1);
-    let mut working = blocks(config.bytes());
-    let mut sampler =
-        Sampler::new(Level::detect(), config, Block::bytes_mut(&mut working)).context("too little memory")?;
-    then(&environment, &mut sampler)
-}
-
-fn blocks(bytes: usize) -> Vec<Block> {
-    vec![Block::ZERO; Block::count(bytes)]
-}
-
 /// What `wis_check` calls a light.
 fn cause(scene: &Scene, map: &Map<'_>) -> Result<Cause> {
-    with_light(map, |environment, sampler| {
+    with_light(map, 1, |environment, sampler| {
         let look_up = |wi: [f32; 3]| {
             let colour = scene.environment.get_color(&vector(wi));
             [colour.x as f32, colour.y as f32, colour.z as f32]
@@ -270,8 +220,8 @@ fn main() -> Result<()> {
     };
     let (mut tests, mut all_hold) = conventions(&scene, &light, &texels.concat())?;
 
-    let reference = Pictures::take(|_| Ok(own_picture(&scene)))?;
-    let bsdf = Pictures::take(|seed| {
+    let reference = Pictures::take(0..PICTURES, |_| Ok(own_picture(&scene)))?;
+    let bsdf = Pictures::take(0..PICTURES, |seed| {
         picture(&scene, seed, &mut |hit, _, _, rng| {
             let sample = hit.material.sample_f(&hit.normal, &hit.wo, rng);
             Ok(sample.map_or(0.0, |(wi, pdf)| if pdf > 0.0 { from(&scene, hit, &wi) / pdf } else { 0.0 }))
@@ -282,9 +232,9 @@ fn main() -> Result<()> {
         wis::Material::new(&[Shape::LAMBERT, Shape::ggx(alpha, alpha)])
     });
     let lobes = lobes.into_iter().collect::<Result<Vec<_>, _>>()?;
-    let wis = with_light(&light, |environment, sampler| {
-        Pictures::take(|seed| {
-            picture(&scene, PICTURES as u64 + seed, &mut |hit, pixel, sample, _| {
+    let wis = with_light(&light, 1, |environment, sampler| {
+        Pictures::take(0..PICTURES, |seed| {
+            picture(&scene, PICTURES + seed, &mut |hit, pixel, sample, _| {
                 let at = Sequence { seed: pixel + seed as u32 * WIDTH * HEIGHT, sample, bounce: 0 };
                 let mut rays = [Ray::default(); 1];
                 let count = sampler.direct(environment, &point(&lobes, hit), at, 1, &mut rays);
@@ -294,28 +244,12 @@ fn main() -> Result<()> {
         })
     })?;
 
-    let regions = regions(&scene);
+    let mut rng = StdRng::seed_from_u64(0);
+    let regions = regions(|x, y, place| seen(&scene, x, y, place.map(f64::from), &mut rng).map(|hit| hit.number));
     let truth: Vec<f64> =
         (0..regions.len()).map(|i| reference.of.iter().map(|p| p[i]).sum::<f64>() / PICTURES as f64).collect();
-    let (mut gains, mut worst) = (String::new(), 0.0f64);
-    for (number, (name, _)) in materials().iter().enumerate() {
-        let region: Vec<usize> = (0..regions.len()).filter(|&i| regions[i] == Some(number)).collect();
-        let ((a, da), (b, db)) = (wis.mean(&region), reference.mean(&region));
-        let (error, z) = (da.hypot(db), (a - b) / da.hypot(db));
-        worst = worst.max(z.abs());
-        let ratio: Vec<f64> =
-            bsdf.variance(&region, &truth).iter().zip(wis.variance(&region, &truth)).map(|(a, b)| a / b).collect();
-        writeln!(
-            gains,
-            "| {name} | {:.0}x | {:.0}x | {:.1}x | {:.1}x | {:+.2} % +- {:.2} % | {z:+.1} |",
-            ratio[0],
-            ratio[1],
-            ratio[0] * bsdf.seconds / wis.seconds,
-            ratio[1] * bsdf.seconds / wis.seconds,
-            100.0 * (a - b) / b,
-            100.0 * error / b
-        )?;
-    }
+    let names = materials().map(|(name, _)| name.to_string());
+    let (gains, worst) = rows(&names, (&regions, &truth), [&wis, &bsdf, &reference], 0)?;
     let agree = worst < Z_LIMIT;
     all_hold &= agree;
     writeln!(

@@ -7,8 +7,7 @@
 mod pictures;
 
 use anyhow::{Context, Result, anyhow, ensure};
-use pictures::Pictures;
-use std::fmt::Write;
+use pictures::{HEIGHT, Pictures, SAMPLES, WIDTH, regions, rows, verdict, with_light};
 use std::sync::Arc;
 use threers::core::{Mesh, Object3D};
 use threers::geometries::{PlaneGeometry, SphereGeometry};
@@ -17,12 +16,9 @@ use threers::math::{Color, Vector3};
 use threers::raytrace::{Bsdf, Integrator, RaytraceScene, RaytraceSettings, Rng, Scratch, Surface};
 use threers::scene::Scene;
 use threers::textures::CubeTexture;
-use wis::{Block, Cause, Config, Layout, Level, Map, Point, Ray, Sampler, Sequence, Shape};
+use wis::{Cause, Layout, Map, Point, Ray, Sequence, Shape};
 
-const WIDTH: u32 = 96;
-const HEIGHT: u32 = 54;
 const PICTURES: u64 = 256;
-const SAMPLES: u32 = 16;
 /// threers tells pixels and seeds apart by x ^ seed: seeds of a few bits give the points of one picture to other pixels of the next, and
 /// pictures are then not independent.
 const SPREAD: u64 = 0x9e37_79b9_7f4a_7c15;
@@ -90,7 +86,7 @@ fn scene(faces: &[Vec<f32>; 6]) -> RaytraceScene {
 }
 
 /// The direction of a camera ray through a place of a pixel, 0 to 1.
-fn camera(x: u32, y: u32, (u, v): (f32, f32)) -> Vector3 {
+fn camera(x: u32, y: u32, [u, v]: [f32; 2]) -> Vector3 {
     let at = |pixel: u32, of: u32, place: f32| (2.0 * (pixel as f32 + place) - of as f32) / WIDTH as f32;
     Vector3::new(0.42 * at(x, WIDTH, u), 1.0, -0.17 - 0.42 * at(y, HEIGHT, v)).normalize()
 }
@@ -149,47 +145,17 @@ fn luminance(colour: Vector3) -> f64 {
 /// A sample of a pixel, 0 where nothing is hit; the number is that of the pixel.
 type Sample<'a> = dyn FnMut(Vector3, u32, u32, &mut Rng) -> Result<f64> + 'a;
 
-impl Pictures {
-    fn take(first_seed: u64, sample: &mut Sample<'_>) -> Result<Pictures> {
-        let mut pictures = Pictures { of: Vec::new(), seconds: f64::INFINITY };
-        for seed in first_seed..first_seed + PICTURES {
-            let start = processor_seconds()?;
-            let mut picture = Vec::new();
-            for pixel in 0..WIDTH * HEIGHT {
-                let (x, y) = (pixel % WIDTH, pixel / WIDTH);
-                let mut sum = 0.0;
-                for number in 0..SAMPLES {
-                    let mut rng = Rng::for_sample(x, y, number, seed.wrapping_mul(SPREAD));
-                    rng.set_bounce(0);
-                    let dir = camera(x, y, rng.next_2d());
-                    sum += sample(dir, pixel + seed as u32 * WIDTH * HEIGHT, number, &mut rng)?;
-                }
-                picture.push(sum / f64::from(SAMPLES));
-            }
-            pictures.of.push(picture);
-            pictures.seconds = pictures.seconds.min(processor_seconds()? - start);
-        }
-        Ok(pictures)
-    }
-}
-
-/// Of this thread, so that other programs change nothing.
-fn processor_seconds() -> Result<f64> {
-    let text = std::fs::read_to_string("/proc/thread-self/schedstat")?;
-    Ok(1e-9 * text.split(' ').next().context("schedstat is empty")?.parse::<f64>()?)
-}
-
-fn blocks(bytes: usize) -> Vec<Block> {
-    vec![Block::ZERO; Block::count(bytes)]
-}
-
-/// The object of each pixel whose corners all see it.
-fn regions(scene: &RaytraceScene, nearest: f32) -> Vec<Option<usize>> {
+/// A picture of a seed.
+fn picture(seed: u64, sample: &mut Sample<'_>) -> Result<Vec<f64>> {
     let of_pixel = |pixel: u32| {
-        let places = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)];
-        let corners = places
-            .map(|place| closest(scene, camera(pixel % WIDTH, pixel / WIDTH, place), nearest).map(|hit| hit.number));
-        corners[0].filter(|_| corners.iter().all(|corner| *corner == corners[0]))
+        let (x, y, mut sum) = (pixel % WIDTH, pixel / WIDTH, 0.0);
+        for number in 0..SAMPLES {
+            let mut rng = Rng::for_sample(x, y, number, seed.wrapping_mul(SPREAD));
+            rng.set_bounce(0);
+            let dir = camera(x, y, rng.next_2d().into());
+            sum += sample(dir, pixel + seed as u32 * WIDTH * HEIGHT, number, &mut rng)?;
+        }
+        Ok(sum / f64::from(SAMPLES))
     };
     (0..WIDTH * HEIGHT).map(of_pixel).collect()
 }
@@ -204,62 +170,43 @@ fn compare(name: &str, radiance: f32) -> Result<(String, f64, [f64; 2])> {
     let pixels: Vec<f32> =
         faces.iter().flat_map(|face| face.chunks(4).flat_map(|texel| [texel[0], texel[1], texel[2]])).collect();
     let map = Map { layout: Layout::Cube, ..Map::latlong(FACE as u32, 6 * FACE as u32, 3, &pixels) };
-    let size = map.size()?;
-    let (mut memory, mut scratch) = (blocks(size.bytes), blocks(size.scratch));
-    let environment = map.build_in(&mut memory, &mut scratch).map_err(|error| anyhow!("{error:?}"))?;
-    let config = Config::for_rays(RAYS as u32);
-    let mut working = blocks(config.bytes());
-    let mut sampler =
-        Sampler::new(Level::detect(), config, Block::bytes_mut(&mut working)).context("too little memory")?;
-    let cause = sampler.check(&environment, |wi| of(scene.world.lighting_radiance(vector(wi))))?.cause;
-    ensure!(cause == Cause::None, "wis_check finds {cause:?} between the two lights");
-
     // GGX's alpha is the square of the roughness.
     let lobes = SURFACES.map(|(_, _, roughness, _)| {
         wis::Material::new(&[Shape::LAMBERT, Shape::ggx(roughness.powi(2), roughness.powi(2))])
     });
     let lobes = lobes.into_iter().collect::<Result<Vec<_>, _>>()?;
     let mut scratch = Scratch::default();
-    let mis =
-        Pictures::take(0, &mut |dir, _, _, rng| Ok(luminance(integrator.trace(EYE, dir, rng, &mut scratch).radiance)))?;
+    let mis = Pictures::take(0..PICTURES, |seed| {
+        picture(seed, &mut |dir, _, _, rng| Ok(luminance(integrator.trace(EYE, dir, rng, &mut scratch).radiance)))
+    })?;
     // This is all that changes: threers calls its `sample_world` and `Bsdf::sample` where `Sampler::direct` stands here.
-    let wis = Pictures::take(PICTURES, &mut |dir, seed, sample, _| {
-        let Some(hit) = closest(&scene, dir, nearest) else { return Ok(0.0) };
-        let (wo, mut rays) = (-dir, [Ray::default(); RAYS]);
-        let at = Sequence { seed, sample, bounce: 0 };
-        let count = sampler.direct(&environment, &point(&lobes, &scene, &hit, wo), at, RAYS, &mut rays);
-        let rays = &rays[..count.map_err(|fault| anyhow!("{fault:?}"))?];
-        let mut sum = Vector3::ZERO;
-        for (wi, weight) in rays.iter().map(|ray| (vector(ray.wi), ray.weight)) {
-            let (f, _) = hit.bsdf.eval(wo, wi);
-            if f.length_sq() > 0.0 && !scene.bvh.occluded(&scene.tris, hit.position, wi, nearest, f32::INFINITY) {
-                let (radiance, scale) = (scene.world.lighting_radiance(wi), wi.dot(hit.normal).abs() * weight);
-                sum = sum + Vector3::new(f.x * radiance.x, f.y * radiance.y, f.z * radiance.z) * scale;
+    let wis = with_light(&map, RAYS, |environment, sampler| {
+        let cause = sampler.check(environment, |wi| of(scene.world.lighting_radiance(vector(wi))))?.cause;
+        ensure!(cause == Cause::None, "wis_check finds {cause:?} between the two lights");
+        let mut sample = |dir: Vector3, seed, sample, _: &mut Rng| {
+            let Some(hit) = closest(&scene, dir, nearest) else { return Ok(0.0) };
+            let (wo, mut rays) = (-dir, [Ray::default(); RAYS]);
+            let at = Sequence { seed, sample, bounce: 0 };
+            let count = sampler.direct(environment, &point(&lobes, &scene, &hit, wo), at, RAYS, &mut rays);
+            let rays = &rays[..count.map_err(|fault| anyhow!("{fault:?}"))?];
+            let mut sum = Vector3::ZERO;
+            for (wi, weight) in rays.iter().map(|ray| (vector(ray.wi), ray.weight)) {
+                let (f, _) = hit.bsdf.eval(wo, wi);
+                if f.length_sq() > 0.0 && !scene.bvh.occluded(&scene.tris, hit.position, wi, nearest, f32::INFINITY) {
+                    let (radiance, scale) = (scene.world.lighting_radiance(wi), wi.dot(hit.normal).abs() * weight);
+                    sum = sum + Vector3::new(f.x * radiance.x, f.y * radiance.y, f.z * radiance.z) * scale;
+                }
             }
-        }
-        Ok(luminance(sum))
+            Ok(luminance(sum))
+        };
+        Pictures::take(PICTURES..2 * PICTURES, |seed| picture(seed, &mut sample))
     })?;
 
-    let regions = regions(&scene, nearest);
+    let regions = regions(|x, y, place| closest(&scene, camera(x, y, place), nearest).map(|hit| hit.number));
     let mean = |i: usize| mis.of.iter().chain(&wis.of).map(|p| p[i]).sum::<f64>() / (2 * PICTURES) as f64;
     let truth: Vec<f64> = (0..regions.len()).map(mean).collect();
-    let (mut gains, mut worst) = (String::new(), 0.0f64);
-    for (number, (surface, ..)) in SURFACES.iter().enumerate() {
-        let region: Vec<usize> = (0..regions.len()).filter(|&i| regions[i] == Some(number)).collect();
-        let ((a, da), (b, db)) = (wis.mean(&region), mis.mean(&region));
-        let (error, z) = (da.hypot(db), (a - b) / da.hypot(db));
-        worst = worst.max(z.abs());
-        let [relative, absolute] = [0, 1].map(|k| mis.variance(&region, &truth)[k] / wis.variance(&region, &truth)[k]);
-        let faster = mis.seconds / wis.seconds;
-        writeln!(
-            gains,
-            "| {name}, {surface} | {relative:.1}x | {absolute:.1}x | {:.1}x | {:.1}x | {:+.2} % +- {:.2} % | {z:+.1} |",
-            relative * faster,
-            absolute * faster,
-            100.0 * (a - b) / b,
-            100.0 * error / b
-        )?;
-    }
+    let names = SURFACES.map(|(surface, ..)| format!("{name}, {surface}"));
+    let (gains, worst) = rows(&names, (&regions, &truth), [&wis, &mis, &mis], 1)?;
     Ok((gains, worst, [1e3 * mis.seconds, 1e3 * wis.seconds]))
 }
 
@@ -285,7 +232,7 @@ fn main() -> Result<()> {
         times[0],
         times[1],
         SUNS.len() * SURFACES.len(),
-        if holds { "holds" } else { "**does not hold**" }
+        verdict(holds)
     );
     std::fs::write(&path, &text)?;
     println!("{text}");

@@ -80,6 +80,20 @@ pub fn size(
     told(|diagnostic| query(&mut size, diagnostic)).map(|()| size)
 }
 
+/// The memory of an object: asks for its size, and builds it with scratch memory.
+///
+/// # Errors
+/// Those of the library.
+pub fn built(
+    query: impl FnOnce(*mut raw::wis_memory_size, *mut raw::wis_diagnostic) -> raw::wis_status,
+    build: impl FnOnce(*mut c_void, usize, *mut c_void, usize, *mut raw::wis_diagnostic) -> raw::wis_status,
+) -> Result<Block> {
+    let size = size(query)?;
+    let (mut memory, mut scratch) = (Block::new(size.bytes), Block::new(size.scratch_bytes));
+    let (place, bytes, work, room) = (memory.start_mut(), memory.bytes(), scratch.start_mut(), scratch.bytes());
+    told(|diagnostic| build(place, bytes, work, room, diagnostic)).map(|()| memory)
+}
+
 /// A struct of the header with its size and some fields; the others are 0.
 macro_rules! sized {
     ($name:ident { $($field:ident $(: $value:expr)?),* $(,)? }) => {
@@ -488,16 +502,15 @@ impl Strata {
     pub fn jitter(&self, map: &Map, distribution: u32) -> Result<Jitter> {
         let (light_count, label) = (self.lights.len() as u32, self.label.as_ptr());
         let (of, config) = (map.config(), sized!(wis_jitter_config { light_count, distribution, label }));
-        // SAFETY: every pointer is to a live local.
-        let size = size(|size, diagnostic| unsafe { raw::wis_jitter_size(&of, &config, size, diagnostic) })?;
-        let (mut memory, mut scratch, mut handle) = (Block::new(size.bytes), Block::new(size.scratch_bytes), null());
-        // SAFETY: the blocks are as large as was asked for, the labels as the map.
-        told(|diagnostic| unsafe {
-            let (place, bytes) = (memory.start_mut(), memory.bytes());
-            let (work, room) = (scratch.start_mut(), scratch.bytes());
-            raw::wis_jitter_init(&of, &config, place, bytes, work, room, &mut handle, diagnostic)
-        })?;
-        Ok(Jitter(memory))
+        let mut handle = null();
+        // SAFETY: every pointer is to a live local; the blocks are as large as was asked for, the labels as the map.
+        let memory = built(
+            |size, diagnostic| unsafe { raw::wis_jitter_size(&of, &config, size, diagnostic) },
+            |place, bytes, work, room, diagnostic| unsafe {
+                raw::wis_jitter_init(&of, &config, place, bytes, work, room, &mut handle, diagnostic)
+            },
+        );
+        memory.map(Jitter)
     }
 }
 
@@ -529,15 +542,15 @@ pub struct Visibility(Block);
 impl Visibility {
     /// Stores a tree of values from 0 to 1.
     pub fn new(tree: &Tree) -> Result<Visibility> {
-        // SAFETY: the handle is alive.
-        let size = size(|size, diagnostic| unsafe { raw::wis_visibility_size(tree.handle(), size, diagnostic) })?;
-        let (mut memory, mut handle) = (Block::new(size.bytes), null());
-        // SAFETY: the block is as long as it says.
-        told(|diagnostic| unsafe {
-            let (place, bytes) = (memory.start_mut(), memory.bytes());
-            raw::wis_visibility_init(tree.handle(), place, bytes, &mut handle, diagnostic)
-        })?;
-        Ok(Visibility(memory))
+        let mut handle = null();
+        // SAFETY: the handle is alive, and the block is as long as it says.
+        let memory = built(
+            |size, diagnostic| unsafe { raw::wis_visibility_size(tree.handle(), size, diagnostic) },
+            |place, bytes, _, _, diagnostic| unsafe {
+                raw::wis_visibility_init(tree.handle(), place, bytes, &mut handle, diagnostic)
+            },
+        );
+        memory.map(Visibility)
     }
 
     /// Its bytes.

@@ -1,7 +1,7 @@
 //! Version 0.2 of the library beside the current one, in one process: the shared library that scripts/earlier.sh built from the history,
 //! if it is there. Its structs are the current ones, or begin them.
 
-use crate::client::{Block, Result, check, raw, sized};
+use crate::client::{Block, Result, built, check, raw, size, sized};
 use crate::environment::Map;
 use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
 use std::ffi::c_void;
@@ -90,24 +90,15 @@ impl Environment {
     /// Those of the library.
     pub fn new(map: &Map) -> Result<Option<Environment>> {
         let Some(calls) = calls() else { return Ok(None) };
-        let (config, mut size) = (map.config(), raw::wis_memory_size::default());
+        let (config, mut handle) = (map.config(), null());
         // SAFETY: the pointers are to live values; the blocks are as long as they say.
-        unsafe {
-            check((calls.environment_size)(&config, &mut size, null_mut()))?;
-            let (mut memory, mut scratch, mut handle) =
-                (Block::new(size.bytes), Block::new(size.scratch_bytes), null());
-            let (at, beside) = (memory.start_mut(), scratch.start_mut());
-            check((calls.environment_init)(
-                &config,
-                at,
-                memory.bytes(),
-                beside,
-                scratch.bytes(),
-                &mut handle,
-                null_mut(),
-            ))?;
-            Ok(Some(Environment { memory }))
-        }
+        let memory = built(
+            |size, _| unsafe { (calls.environment_size)(&config, size, null_mut()) },
+            |place, bytes, work, room, _| unsafe {
+                (calls.environment_init)(&config, place, bytes, work, room, &mut handle, null_mut())
+            },
+        )?;
+        Ok(Some(Environment { memory }))
     }
 }
 
@@ -132,18 +123,18 @@ impl Sampler {
         let mut material = Box::new(sized!(wis_material { lobe_count: lobes.len() as u32 }));
         material.lobe[..lobes.len()].copy_from_slice(lobes);
         let products = sized!(wis_product_config {});
-        let (mut size, mut product) = (raw::wis_memory_size::default(), raw::wis_memory_size::default());
+        let mut handle = null_mut();
         // SAFETY: as in `Environment::new`.
-        unsafe {
-            check((calls.sampler_size)(&config, &mut size, null_mut()))?;
-            check((calls.product_size)(&products, &mut product, null_mut()))?;
-            let (mut memory, mut handle) = (Block::new(size.bytes), null_mut());
-            let at = memory.start_mut();
-            check((calls.sampler_init)(&config, at, memory.bytes(), &mut handle, null_mut()))?;
-            check((calls.material_init)(&mut *material, null_mut()))?;
-            let rays = vec![raw::wis_ray::default(); rays];
-            Ok(Some(Sampler { calls, memory, material, rays, product: Block::new(product.bytes) }))
-        }
+        let memory = built(
+            |size, _| unsafe { (calls.sampler_size)(&config, size, null_mut()) },
+            |place, bytes, _, _, _| unsafe { (calls.sampler_init)(&config, place, bytes, &mut handle, null_mut()) },
+        )?;
+        // SAFETY: the pointers are to live values.
+        let product = size(|size, _| unsafe { (calls.product_size)(&products, size, null_mut()) })?;
+        // SAFETY: the material is alive.
+        check(unsafe { (calls.material_init)(&mut *material, null_mut()) })?;
+        let rays = vec![raw::wis_ray::default(); rays];
+        Ok(Some(Sampler { calls, memory, material, rays, product: Block::new(product.bytes) }))
     }
 
     /// A point without what it has not.

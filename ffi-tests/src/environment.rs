@@ -107,13 +107,14 @@ impl Sampler {
     pub fn new(rays: usize, candidates_per_ray: usize, hits_per_pixel: usize) -> Result<Sampler> {
         let [rays, candidates_per_ray, hits_per_pixel] = [rays, candidates_per_ray, hits_per_pixel].map(|n| n as u32);
         let config = sized!(wis_sampler_config { rays, candidates_per_ray, hits_per_pixel });
-        // SAFETY: every pointer is to a live local.
-        let size = client::size(|size, diagnostic| unsafe { raw::wis_sampler_size(&config, size, diagnostic) })?;
-        let (mut memory, mut handle) = (Block::new(size.bytes), null_mut());
-        // SAFETY: the block is as long as it says.
-        told(|diagnostic| unsafe {
-            raw::wis_sampler_init(&config, memory.start_mut(), memory.bytes(), &mut handle, diagnostic)
-        })?;
+        let mut handle = null_mut();
+        // SAFETY: every pointer is to a live local, and the block is as long as it says.
+        let memory = client::built(
+            |size, diagnostic| unsafe { raw::wis_sampler_size(&config, size, diagnostic) },
+            |place, bytes, _, _, diagnostic| unsafe {
+                raw::wis_sampler_init(&config, place, bytes, &mut handle, diagnostic)
+            },
+        )?;
         Ok(Sampler { memory })
     }
 

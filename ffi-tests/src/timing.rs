@@ -149,7 +149,7 @@ fn mean(times: &[Time], hits: usize) -> Time {
 }
 
 /// What asking for the time takes, nanoseconds.
-fn clock() -> f64 {
+pub fn clock() -> f64 {
     static NS: std::sync::OnceLock<f64> = std::sync::OnceLock::new();
     *NS.get_or_init(|| {
         let ask = || {

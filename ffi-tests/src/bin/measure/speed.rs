@@ -6,6 +6,7 @@ use std::time::Instant;
 use wis_ffi_tests::caches::Cold;
 use wis_ffi_tests::client::{self, Density};
 use wis_ffi_tests::statistics::median;
+use wis_ffi_tests::timing::clock;
 
 /// Samples of a batch.
 pub const BATCH: usize = 64;
@@ -129,13 +130,4 @@ impl Inputs {
         black_box((&self.drawn, &self.pdf));
         Ok(ns)
     }
-}
-
-/// What asking for the time takes, nanoseconds.
-fn clock() -> f64 {
-    let ask = || {
-        let start = Instant::now();
-        Instant::now().duration_since(start).as_secs_f64() * 1e9
-    };
-    (0..1000).map(|_| ask()).fold(f64::INFINITY, f64::min)
 }

@@ -105,9 +105,8 @@ fn exponent(width: f32) -> f32 {
     -core::f32::consts::LN_2 / libm::logf(max(libm::cosf(2.0 * width), f32::MIN_POSITIVE)) - 1.0
 }
 
-/// The lobes of a point as a product keeps them, and the share of numbers that may draw from narrow ones.
-pub fn choose(material: &Material, surface: &Surface) -> ([StoredLobe; MAX_LOBES], f32) {
-    let mut lobes = [StoredLobe::default(); MAX_LOBES];
+/// Writes the lobes of a point as a product keeps them. Answers the share of numbers that may draw from narrow ones.
+pub fn choose(material: &Material, surface: &Surface, lobes: &mut [StoredLobe; MAX_LOBES]) -> f32 {
     let [.., cosine] = surface.wo();
     let (mut narrow, mut mixed) = (0.0, 0.0);
     for ((lobe, shape), share) in lobes.iter_mut().zip(material.lobes()).zip(surface.shares()) {
@@ -130,12 +129,12 @@ pub fn choose(material: &Material, surface: &Surface) -> ([StoredLobe; MAX_LOBES
             };
     }
     if !(narrow > 0.0) {
-        return (lobes, 0.0);
+        return 0.0;
     }
-    for lobe in &mut lobes {
+    for lobe in lobes {
         lobe.share /= narrow;
     }
-    (lobes, max(narrow, LEAST_PART) * mixed / narrow)
+    max(narrow, LEAST_PART) * mixed / narrow
 }
 
 /// Draws a quarter of the numbers that the grid has from all lobes of a point. Answers the share of numbers that lobes have then.

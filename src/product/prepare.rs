@@ -6,8 +6,8 @@
 use super::peak;
 use super::share;
 use super::stored::{
-    Corners, Divided, Header, Leaves, MAX_DIVIDED, Places, QUADS, Quad, STORED_ONE, flags, store, sum_parts, widths,
-    write_tops,
+    Corners, Divided, Header, Leaves, MAX_DIVIDED, Places, QUADS, Quad, STORED_ONE, flags, store, store_near,
+    sum_parts, widths, write_tops,
 };
 use crate::blob::{Magic, take};
 use crate::brdf::material::{Kind, Shape};
@@ -94,8 +94,8 @@ const FLOOR_IF_DRAWN: f32 = 0.01;
 /// least leaf, a 2^18th of it, is stored with all its bits.
 const LARGEST: i32 = -10;
 
-/// By how much rounding may raise a cell above the horizon: that of its axis, of two numbers, and of all sums.
-const ROUNDING: f32 = 4.0 * guide::ROUNDING;
+/// By how much rounding may raise a cell above the horizon, in steps: that of its axis, of two numbers, and of all sums.
+const ROUNDING: f32 = 4.0;
 
 /// Cells with this share of the light are looked at more closely, up to [`CLOSER`]; if all lobes are Lambert's, with [`WORTH_IF_DIFFUSE`].
 const BRIGHT: f32 = 0.01;
@@ -105,9 +105,7 @@ const CLOSER: usize = 2 * GROUP;
 /// The parts whose middles are looked at: opposite ones of the inner four.
 const LOOKED_AT: [usize; 2] = [5, 10];
 /// The same under a narrow lobe, whose flank may lie at any side of the light.
-const LOOKED_AT_IF_NARROW: [usize; MOST_LOOKED_AT] = [0, 3, 6, 12, 15];
-/// How many parts of a cell are looked at, at most.
-const MOST_LOOKED_AT: usize = 5;
+const LOOKED_AT_IF_NARROW: [usize; 5] = [0, 3, 6, 12, 15];
 
 /// A part reflects nothing if F is not above 0 up to this far beyond its middle, over the way to its corners: slopes are no more than a guess, and
 /// a sliver of a lamp may stand above the horizon. The largest weights of `the_sky_about_a_lamp_below_the_horizon_has_no_huge_weight` are
@@ -121,18 +119,21 @@ pub struct Work {
     /// F at the corners.
     values: [[f32; GROUP]; MAX_CORNERS / GROUP],
     /// The least that a leaf of each cell holds; 0 below the horizon.
-    floors: [f32; MAX_CELLS],
+    floors: OfCells,
     /// The weight of each cell: its light times its mean of F.
-    weights: [f32; MAX_CELLS],
+    weights: OfCells,
     /// What its division is worth.
-    worth: [f32; MAX_CELLS],
+    worth: OfCells,
 }
+
+/// A number for each cell.
+type OfCells = [[f32; GROUP]; MAX_CELLS / GROUP];
 
 impl Work {
     /// Of any content. Not zeros: the compiler leaves those to a function of the C library; and by groups: single numbers it would copy.
     #[inline(always)]
     fn new() -> Work {
-        let cells = bytemuck::cast([[0.5f32; GROUP]; MAX_CELLS / GROUP]);
+        let cells = [[0.5; GROUP]; MAX_CELLS / GROUP];
         Work { values: [[0.5; GROUP]; MAX_CORNERS / GROUP], floors: cells, weights: cells, worth: cells }
     }
 }
@@ -149,7 +150,7 @@ pub fn prepare(
     config: &Config,
     memory: &mut [u8],
 ) -> Result<usize, Error> {
-    Task { level, environment, point, config }.run(memory, Task::grid_with_work)
+    Task { level, environment, point, config }.run(None, memory)
 }
 
 /// As [`prepare`], with 3 kB of the caller's memory for its work, of any content.
@@ -165,7 +166,7 @@ pub fn prepare_in(
     work: &mut Work,
     memory: &mut [u8],
 ) -> Result<usize, Error> {
-    Task { level, environment, point, config }.run(memory, |task, surface, memory| task.grid(surface, work, memory))
+    Task { level, environment, point, config }.run(Some(work), memory)
 }
 
 /// What a product is prepared of.
@@ -177,35 +178,31 @@ struct Task<'a> {
     config: &'a Config,
 }
 
-/// The bytes of a product whose narrow lobes draw as much as they may, and whether all lobes are to be drawn, too.
-type Prepared = (usize, bool);
-
 impl Task<'_> {
     /// Prepares the grid, then the share of its lobes. Answers the product's bytes.
     #[inline(always)]
-    fn run(
-        self,
-        memory: &mut [u8],
-        grid: impl FnOnce(Self, &Surface, &mut [u8]) -> Result<Prepared, Error>,
-    ) -> Result<usize, Error> {
+    fn run(self, work: Option<&mut Work>, memory: &mut [u8]) -> Result<usize, Error> {
         // In place: a surface is long.
         let mut surface = Surface::empty();
         surface.set(self.point, &self.environment.frame())?;
-        let (bytes, adds_lobes) = grid(self, &surface, memory)?;
+        let (bytes, adds_lobes) = match work {
+            Some(work) => self.grid(&surface, work, memory)?,
+            None => self.grid_with_work(&surface, memory)?,
+        };
         let product = memory.get_mut(..bytes).unwrap_or_default();
         share::decide(self.environment, &surface, adds_lobes, product);
         Ok(bytes)
     }
 
-    /// The product but for the share of its lobes. Its work stands on the stack no longer than it must.
+    /// As [`Task::grid`]. Its work stands on the stack no longer than it must.
     #[inline(never)]
-    fn grid_with_work(self, surface: &Surface, memory: &mut [u8]) -> Result<Prepared, Error> {
+    fn grid_with_work(self, surface: &Surface, memory: &mut [u8]) -> Result<(usize, bool), Error> {
         self.grid(surface, &mut Work::new(), memory)
     }
 
-    /// As [`Task::grid_with_work`], with the caller's memory.
+    /// The product, whose narrow lobes draw as much as they may. Answers its bytes, and whether all lobes are to be drawn, too.
     #[inline(never)]
-    fn grid(self, surface: &Surface, work: &mut Work, memory: &mut [u8]) -> Result<Prepared, Error> {
+    fn grid(self, surface: &Surface, work: &mut Work, memory: &mut [u8]) -> Result<(usize, bool), Error> {
         let Task { level, environment, point, config } = self;
         let guide = environment.guide().ok_or(Error::new(Status::NotBuilt, 0))?;
         let (grid, power) = (environment.header().grid, environment.header().power);
@@ -214,7 +211,12 @@ impl Task<'_> {
         if memory.len() < places.bytes() {
             return Err(too_small(0));
         }
-        let (lobes, allowed) = peak::choose(point.material, surface);
+        let mut rest = memory;
+        let misaligned = Error::new(Status::Misaligned, 0);
+        let header = take::<Header>(&mut rest, 1).and_then(|of| of.first_mut()).ok_or(misaligned)?;
+        // Lobes are written in place, since they are long.
+        header.lobe = Default::default();
+        let allowed = peak::choose(point.material, surface, &mut header.lobe);
         let peak = if allowed > 0.0 { surface.mirror() } else { [0.0; 3] };
         let widened = widened(environment, point, surface.wo()[2])?;
         let cone = Cone::new(config.cone);
@@ -225,7 +227,7 @@ impl Task<'_> {
         let is_drawn = allowed > NARROW
             && !surface.is_whole()
             && surface.wo()[2] > peak::GRAZING
-            && point.material.lobes().iter().zip(&lobes).all(|(shape, lobe)| lobe.share > 0.0 && is_round(shape));
+            && point.material.lobes().iter().zip(&header.lobe).all(|(shape, lobe)| lobe.share > 0.0 && is_round(shape));
         let stage = Stage {
             guide,
             surface: seen,
@@ -245,37 +247,31 @@ impl Task<'_> {
             scale: [1.0; 2],
             darkest: 1.0,
         };
-        let mut rest = memory;
-        let misaligned = Error::new(Status::Misaligned, 0);
-        let header = take::<Header>(&mut rest, 1).and_then(|of| of.first_mut()).ok_or(misaligned)?;
         let leaves = take(&mut rest, guide.cells() / GROUP).ok_or(misaligned)?;
         let tops = take(&mut rest, places.divided - places.tops).ok_or(misaligned)?;
         let laid = compute(level, Lay { stage, room: config.divided.min(MAX_DIVIDED), grid, leaves, tops, rest });
         let Laid { total, unit, divided, adds_lobes } = laid.map_err(too_small)?;
         let scale = scale(total);
         let bytes = Places::new(grid, divided).bytes();
-        *header = Header {
-            magic: Header::MAGIC,
-            environment: environment.header().content_id,
-            checksum: 0,
-            material: point.material.hash(),
-            integral: integral(total, unit, power),
-            unit,
-            scale,
-            bytes: bytes as u32,
-            grid,
-            divided: divided as u32,
-            flags: flags(surface.is_whole(), point.cosine_included),
-            lobes: point.material.lobes().len() as u32,
-            peak: if scale > 0.0 { allowed } else { 0.0 },
-            cone: cone.cosine,
-            normal: point.normal,
-            wo: point.wo,
-            axes: surface.axes(),
-            local_wo: surface.wo(),
-            lobe: lobes,
-            reserved: [0; 5],
-        };
+        header.magic = Header::MAGIC;
+        header.environment = environment.header().content_id;
+        header.checksum = 0;
+        header.material = point.material.hash();
+        header.integral = integral(total, unit, power);
+        header.unit = unit;
+        header.scale = scale;
+        header.bytes = bytes as u32;
+        header.grid = grid;
+        header.divided = divided as u32;
+        header.flags = flags(surface.is_whole(), point.cosine_included);
+        header.lobes = point.material.lobes().len() as u32;
+        header.peak = if scale > 0.0 { allowed } else { 0.0 };
+        header.cone = cone.cosine;
+        header.normal = point.normal;
+        header.wo = point.wo;
+        header.axes = surface.axes();
+        header.local_wo = surface.wo();
+        header.reserved = [0; 5];
         Ok((bytes, adds_lobes && scale > 0.0))
     }
 }
@@ -404,13 +400,19 @@ impl<F: Num> Apart<F> for Respond<'_> {
 
 impl Respond<'_> {
     /// Evaluates it for the nearest of the normals of a cone, too.
-    #[inline(never)]
+    #[inline(always)]
     fn nearest<F: Num>(self, cone: &Cone) {
+        if cone.sine > 0.0 {
+            return self.raised::<F>(cone);
+        }
+        F::apart(self);
+    }
+
+    /// As [`Respond::nearest`], of more than one normal.
+    #[inline(never)]
+    fn raised<F: Num>(self, cone: &Cone) {
         let Respond { surface, diffuse, scale, directions, out, .. } = self;
         F::apart(Respond { surface, diffuse, cone: None, scale, directions, out });
-        if cone.sine == 0.0 {
-            return;
-        }
         let [x, y, z] = directions.map(|axis| axis.chunks(TOGETHER));
         for (((x, y), z), out) in x.zip(y).zip(z).zip(out.chunks_mut(TOGETHER)) {
             let mut raised = [0.5; TOGETHER];
@@ -462,7 +464,7 @@ fn column<F: Num>(columns: &Columns, column: Column, further: usize, first: usiz
     read(columns.get(column as usize + further).and_then(|of| of.get(first..)).unwrap_or(&[]))
 }
 
-/// Cones that contain cells, from a place of a group on.
+/// Cones that contain cells, from a place of a group on, in steps: they are compared alone.
 struct Cones<F> {
     axis: [F; 3],
     sine: F,
@@ -472,7 +474,7 @@ struct Cones<F> {
 impl<F: Num> Cones<F> {
     #[inline(always)]
     fn new(columns: &Columns, first: usize) -> Cones<F> {
-        let of = |which: Column| column::<F>(columns, which, 0, first);
+        let of = |which: Column| F::shorts(columns.get(which as usize).and_then(|of| of.get(first..)).unwrap_or(&[]));
         let axis = [of(Column::AxisX), of(Column::AxisY), of(Column::AxisZ)];
         Cones { axis, sine: of(Column::Sine), cosine: of(Column::Cosine) }
     }
@@ -484,11 +486,13 @@ impl<F: Num> Cones<F> {
         if surface.is_whole() {
             return F::le(zero, zero);
         }
-        let up = dot(self.axis, surface.normal());
-        let (c, s) = (F::splat(cone.cosine), F::splat(cone.sine));
-        let wider = (self.cosine * c - self.sine * s).le(zero);
-        let above = (zero - (self.sine * c + self.cosine * s) - ROUNDING).lt(up);
-        F::or(wider, above)
+        let (mut sine, mut cosine) = (self.sine, self.cosine);
+        if cone.sine > 0.0 {
+            let (c, s) = (F::splat(cone.cosine), F::splat(cone.sine));
+            (sine, cosine) = (self.sine * c + self.cosine * s, self.cosine * c - self.sine * s);
+        }
+        let above = (zero - sine - ROUNDING).lt(dot(self.axis, surface.normal()));
+        F::or(cosine.le(zero), above)
     }
 
     /// Which cells a direction falls into, or nearly.
@@ -503,15 +507,18 @@ impl<F: Num> Cones<F> {
 fn corner_values<F: Num>(guide: &Guide<'_>, values: &[f32], first: usize) -> Corners<F> {
     const BELOW: usize = 17;
     const BELOW_IN_FACE: usize = 5;
-    let at = |cell: usize| values.get(guide.corner_of(cell)..).unwrap_or(&[]);
     if guide.row_length() > 4 {
-        let values = at(first).first_chunk().unwrap_or(&[0.0; BELOW + 1 + GROUP]);
+        // There is one face: a row of corners has one more than one of cells.
+        let row = first >> (guide.row_length().trailing_zeros() & 31);
+        let values = values.get(first + row..).and_then(|values| values.first_chunk());
+        let values = values.unwrap_or(&[0.0; BELOW + 1 + GROUP]);
         return [F::at(values, 0), F::at(values, 1), F::at(values, BELOW), F::at(values, BELOW + 1)];
     }
     // Rows have four cells, so that each half of the lanes lies in one.
     let mut corners = [F::floats(); 4];
     for half in 0..F::WIDTH / 4 {
-        let values = at(first + 4 * half).first_chunk().unwrap_or(&[0.0; BELOW_IN_FACE + 1 + 4]);
+        let values = values.get(guide.corner_of(first + 4 * half)..).and_then(|values| values.first_chunk());
+        let values = values.unwrap_or(&[0.0; BELOW_IN_FACE + 1 + 4]);
         for (lanes, further) in corners.iter_mut().zip([0, 1, BELOW_IN_FACE, BELOW_IN_FACE + 1]) {
             for (out, &x) in lanes.as_mut().iter_mut().skip(4 * half).zip(values.iter().skip(further).take(4)) {
                 *out = x;
@@ -565,12 +572,6 @@ fn fitted<F: Num>(quadrants: [F; 4], least: F, floor: f32) -> Corners<F> {
 #[inline(always)]
 fn largest<F: Num>([a, b, c, d]: [F; 4]) -> F {
     a.max(b).max(c.max(d))
-}
-
-/// The largest of some numbers.
-#[inline(always)]
-fn highest<F: Num>(lanes: F) -> f32 {
-    lanes.store().as_ref().iter().fold(0.0, |highest, &x| max(highest, x))
 }
 
 /// The cells whose division is worth most; of equal ones the first: the bits of what it is worth, then those of the cell's number,
@@ -697,7 +698,11 @@ impl Compute for Lay<'_, '_> {
         stage.lay::<F>(leaves);
         let mut chosen: Chosen = [0; MAX_DIVIDED];
         if room > 0 && unit > 0.0 {
-            stage.look_closer::<F>();
+            if stage.peak == [0.0; 3] {
+                stage.look_closer::<F, _>(LOOKED_AT);
+            } else {
+                stage.look_closer::<F, _>(LOOKED_AT_IF_NARROW);
+            }
             stage.choose::<F>(chosen.get_mut(..room).unwrap_or_default());
         }
         let count = chosen.iter().take_while(|&&key| key > 0).count();
@@ -719,7 +724,7 @@ impl Compute for Lay<'_, '_> {
                 mark(leaves, cell, number);
             }
         }
-        let weights = stage.work.weights.get(..stage.guide.cells()).unwrap_or(&[]);
+        let weights = stage.work.weights.as_flattened().get(..stage.guide.cells()).unwrap_or(&[]);
         Ok(Laid { total: write_tops(weights, grid, tops), unit, divided: cells.len(), adds_lobes })
     }
 }
@@ -744,7 +749,7 @@ impl Stage<'_> {
         for group in values.chunks_exact(F::WIDTH) {
             largest = largest.max(F::read(group));
         }
-        let largest = highest(largest);
+        let largest = largest.store().as_ref().iter().fold(0.0, |largest, &x| max(largest, x));
         if !(largest > 0.0) {
             self.work.values = [[1.0; GROUP]; MAX_CORNERS / GROUP];
             return 0.0;
@@ -771,10 +776,12 @@ impl Stage<'_> {
         let (_, bright) = self.smoothness.thresholds();
         let (smoothness, surface, cone, darkest) = (self.smoothness, self.surface, self.cone, F::splat(self.darkest));
         let (is_narrow, is_diffuse) = (self.peak != [0.0; 3], self.smoothness == Smoothness::Diffuse);
-        let groups = leaves.iter_mut().zip(self.guide.columns()).zip(self.guide.masses());
+        let guide = self.guide;
         let mut sums = [zero; REGISTERS];
-        let Work { values, floors, weights, worth, .. } = &mut *self.work;
-        for (group, ((out, columns), mass)) in groups.enumerate() {
+        let Work { values, floors, weights, worth } = &mut *self.work;
+        let groups = leaves.iter_mut().zip(guide.columns()).zip(guide.masses());
+        let groups = groups.zip(floors.iter_mut().zip(weights).zip(worth));
+        for (group, (((out, columns), mass), ((floors, weights), worth))) in groups.enumerate() {
             for (first, sum) in places::<F>().zip(&mut sums) {
                 let at = group * GROUP + first;
                 let cones = Cones::<F>::new(columns, first);
@@ -784,27 +791,27 @@ impl Stage<'_> {
                         out.get_mut(first..first + F::WIDTH).unwrap_or_default().copy_from_slice(F::ints().as_ref());
                     }
                     for out in [&mut *floors, &mut *weights, &mut *worth] {
-                        zero.write(out, at);
+                        zero.write(out, first);
                     }
                     continue;
                 }
-                let corners = corner_values::<F>(&self.guide, values.as_flattened(), at);
-                let floor = F::only(counts, (largest(corners) * self.floor).max(darkest));
-                let [a, b, c, d] = tilted(columns, &corners, first);
-                let corners = [a.max(floor), b.max(floor), c.max(floor), d.max(floor)];
-                let mean = store::<F>(&corners, counts, out, first);
-                let least = corners[0].min(corners[1]).min(corners[2].min(corners[3]));
-                let least = F::only(F::and(counts, floor.lt(least)), least);
                 let mass = F::at(mass, first);
-                let weight = mass * mean;
-                *sum = *sum + weight;
-                floor.write(floors, at);
-                weight.write(weights, at);
-                smoothness.worth(weight, mass, least).write(worth, at);
                 let mut closer = F::splat(bright).lt(mass);
                 if is_narrow {
                     closer = F::or(closer, cones.hold(self.peak));
                 }
+                let corners = corner_values::<F>(&guide, values.as_flattened(), at);
+                let floor = F::only(counts, (largest(corners) * self.floor).max(darkest));
+                let [a, b, c, d] = tilted(columns, &corners, first);
+                let corners = [a.max(floor), b.max(floor), c.max(floor), d.max(floor)];
+                let mean = store_near::<F>(&corners, counts, out, first);
+                let least = corners[0].min(corners[1]).min(corners[2].min(corners[3]));
+                let least = F::only(F::and(counts, floor.lt(least)), least);
+                let weight = mass * mean;
+                *sum = *sum + weight;
+                floor.write(floors, first);
+                weight.write(weights, first);
+                smoothness.worth(weight, mass, least).write(worth, first);
                 if is_diffuse {
                     closer = F::and(closer, least.le(zero));
                 }
@@ -874,38 +881,34 @@ impl Stage<'_> {
         self.respond::<F>(directions.each_ref().map(|axis| axis.as_flattened()), out.as_flattened_mut());
     }
 
-    /// Weighs cells again by F where their light is, since interpolation between corners may have missed it.
+    /// Weighs cells again by F at some of their parts, since interpolation between corners may have missed where their light is.
     #[inline(always)]
-    fn look_closer<F: Num>(&mut self) {
-        let looked_at: &[usize] = if self.peak != [0.0; 3] { &LOOKED_AT_IF_NARROW } else { &LOOKED_AT };
-        for cells in self.closer.get(..self.count).unwrap_or(&[]).chunks(GROUP) {
-            let mut directions = [[[1; GROUP]; MOST_LOOKED_AT]; 3];
-            for (lane, &cell) in cells.iter().enumerate() {
-                let parts = self.guide.parts(cell as usize);
-                let [x, y, z] = &mut directions;
-                for (((x, y), z), &part) in x.iter_mut().zip(y).zip(z).zip(looked_at) {
-                    let (lane, part) = (lane % GROUP, part % MIDDLES);
-                    (x[lane], y[lane], z[lane]) = (parts[part], parts[MIDDLES + part], parts[2 * MIDDLES + part]);
-                }
+    fn look_closer<F: Num, const N: usize>(&mut self, looked_at: [usize; N]) {
+        let cells = self.closer.get(..self.count).unwrap_or(&[]);
+        if cells.is_empty() {
+            return;
+        }
+        let (mut directions, mut values) = ([[[1; N]; CLOSER]; 3], [[0.5; N]; CLOSER]);
+        let [x, y, z] = &mut directions;
+        for (&cell, ((x, y), z)) in cells.iter().zip(x.iter_mut().zip(y).zip(z)) {
+            let parts = self.guide.parts(cell as usize);
+            let [of_x, of_y, of_z] =
+                [0, 1, 2].map(|axis: usize| looked_at.map(|part| parts[MIDDLES * axis + part % MIDDLES]));
+            (*x, *y, *z) = (of_x, of_y, of_z);
+        }
+        let count = (N * cells.len()).next_multiple_of(GROUP);
+        let directions = directions.each_ref().map(|of| of.as_flattened().get(..count).unwrap_or(&[]));
+        self.respond::<F>(directions, values.as_flattened_mut().get_mut(..count).unwrap_or_default());
+        let Work { weights, worth, .. } = &mut *self.work;
+        let (weights, worth) = (weights.as_flattened(), worth.as_flattened_mut());
+        for (&cell, values) in cells.iter().zip(&values) {
+            let cell = cell as usize;
+            let most = values.iter().fold(0.0, |most, &x| max(most, x));
+            let missed = max(self.guide.mass(cell) * most - weights.get(cell).copied().unwrap_or(0.0), 0.0);
+            if let Some(worth) = worth.get_mut(cell) {
+                *worth += missed;
             }
-            let mut values = [[0.5; GROUP]; MOST_LOOKED_AT];
-            let count = looked_at.len() * GROUP;
-            let directions = directions.each_ref().map(|of| of.as_flattened().get(..count).unwrap_or(&[]));
-            self.respond::<F>(directions, values.as_flattened_mut().get_mut(..count).unwrap_or_default());
-            let mut largest = [0.0; GROUP];
-            for first in places::<F>() {
-                let all = values.iter().take(looked_at.len());
-                let most = all.fold(F::splat(0.0), |most, values| most.max(F::at(values, first)));
-                most.write(&mut largest, first);
-            }
-            for (&cell, value) in cells.iter().zip(largest) {
-                let own = self.work.weights.get(cell as usize).copied().unwrap_or(0.0);
-                let missed = max(self.guide.mass(cell as usize) * value - own, 0.0);
-                if let Some(worth) = self.work.worth.get_mut(cell as usize) {
-                    *worth += missed;
-                }
-                self.missed += missed;
-            }
+            self.missed += missed;
         }
     }
 
@@ -914,21 +917,25 @@ impl Stage<'_> {
     fn choose<F: Num>(&self, chosen: &mut [u64]) {
         let (share, _) = self.smoothness.thresholds();
         let least = share * (self.weight + self.missed);
-        let mut count = 0;
-        let worth = self.work.worth.chunks_exact(F::WIDTH).take(self.guide.cells() / F::WIDTH);
-        for (place, worth) in worth.enumerate() {
-            let mut bits = F::bits(F::splat(least).lt(F::read(worth)));
-            while bits != 0 {
-                let lane = bits.trailing_zeros();
-                let worth = worth.get(lane as usize).copied().unwrap_or(0.0);
-                let key = u64::from(worth.to_bits()) << 32 | u64::from(!((place * F::WIDTH) as u32 + lane));
-                if let Some(place) = chosen.get_mut(count) {
-                    *place = key;
-                    count += 1;
-                } else if let Some(least) = chosen.iter_mut().min() {
-                    *least = key.max(*least);
+        let (mut count, mut below) = (0, 0);
+        for (group, worth) in self.work.worth.iter().take(self.guide.cells() / GROUP).enumerate() {
+            for first in places::<F>() {
+                let mut bits = F::bits(F::splat(least).lt(F::at(worth, first)));
+                while bits != 0 {
+                    let lane = first + bits.trailing_zeros() as usize;
+                    bits &= bits - 1;
+                    let key =
+                        u64::from(worth[lane % GROUP].to_bits()) << 32 | u64::from(!((group * GROUP + lane) as u32));
+                    if let Some(place) = chosen.get_mut(count) {
+                        *place = key;
+                        count += 1;
+                    } else if below < key {
+                        // What is left is not less than the least was.
+                        let Some(least) = chosen.iter_mut().min() else { return };
+                        below = *least;
+                        *least = key.max(*least);
+                    }
                 }
-                bits &= bits - 1;
             }
         }
     }
@@ -940,7 +947,8 @@ impl Stage<'_> {
         if let Some(last) = borders.last_mut() {
             *last = [0; 4];
         }
-        let mut any_wasted = 0;
+        // At least what other cells reflect, and at most what parts may take.
+        let (mut others, mut taken) = (0.99 * self.weight, 0.0);
         for ((cells, divided), borders) in
             cells.chunks(HELD).zip((*divided).chunks_mut(HELD)).zip(borders.chunks_mut(HELD * QUADS))
         {
@@ -956,17 +964,21 @@ impl Stage<'_> {
                 cells.iter().zip(divided).zip(&values).zip(borders.chunks_exact_mut(QUADS))
             {
                 held_mut(divided).copy_from_slice(values);
-                let least = F::splat(self.least(cell));
+                let (least, mut wasted) = (self.least(cell), 0);
                 for middles in values.chunks_exact(F::WIDTH) {
-                    any_wasted |= F::bits(is_wasted::<F>(F::read(middles), least));
+                    wasted |= F::bits(is_wasted::<F>(F::read(middles), F::splat(least)));
                 }
+                if wasted != 0 {
+                    taken += self.guide.mass(cell as usize) * least;
+                }
+                others -= self.work.weights.as_flattened().get(cell as usize).copied().unwrap_or(0.0);
                 let [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o] = *self.guide.steps(cell as usize);
                 if let Some(out) = borders.first_chunk_mut() {
                     *out = [[a, b, c, 0], [d, e, f, 0], [g, h, i, 0], [j, k, l, 0], [m, n, o, 0]];
                 }
             }
         }
-        if any_wasted == 0 { 0.0 } else { self.wasted::<F>(cells, divided) }
+        if taken <= LITTLE_WASTED * others { 0.0 } else { self.wasted::<F>(cells, divided) }
     }
 
     /// What [`Stage::hold`] answers where a part of some cell reflects nothing.
@@ -984,11 +996,11 @@ impl Stage<'_> {
                 reflected[register] = reflected[register] + mass * middle.max(zero);
             }
             // They do not count twice.
-            if let Some(weight) = self.work.weights.get_mut(cell as usize) {
+            if let Some(weight) = self.work.weights.as_flattened_mut().get_mut(cell as usize) {
                 *weight = 0.0;
             }
         }
-        for weights in self.work.weights.chunks_exact(GROUP).take(self.guide.cells() / GROUP) {
+        for weights in self.work.weights.iter().take(self.guide.cells() / GROUP) {
             for (sum, weights) in reflected.iter_mut().zip(weights.chunks_exact(F::WIDTH)) {
                 *sum = *sum + F::read(weights);
             }
@@ -999,7 +1011,7 @@ impl Stage<'_> {
     /// The least value of each part of a divided cell.
     #[inline(always)]
     fn least(&self, cell: u32) -> f32 {
-        max(self.darkest, KEPT * self.work.floors.get(cell as usize).copied().unwrap_or(0.0))
+        max(self.darkest, KEPT * self.work.floors.as_flattened().get(cell as usize).copied().unwrap_or(0.0))
     }
 
     /// The leaves of the parts of divided cells, from what was held there, the sums over them, and the weights of the cells. `kept`: the part of the least
@@ -1032,7 +1044,7 @@ impl Stage<'_> {
                 }
             }
             let mean = sum_parts(&means, &self.guide.borders(cell as usize), &mut divided.ends);
-            if let Some(weight) = self.work.weights.get_mut(cell as usize) {
+            if let Some(weight) = self.work.weights.as_flattened_mut().get_mut(cell as usize) {
                 *weight = self.guide.mass(cell as usize) * mean;
             }
         }

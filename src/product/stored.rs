@@ -244,11 +244,16 @@ const MOST: f32 = f32::from_bits(OF_WORD_0 + (0xffff << 12));
 
 /// Stores leaves whose corners count, from place `first` of a group on; others become 0. Answers the mean of what is stored.
 #[inline(always)]
-pub fn store<F: Num>([a, b, c, d]: &Corners<F>, counts: F::Mask, out: &mut Leaves, first: usize) -> F {
-    let word = |x: F| {
-        let x = x.max(F::splat(LEAST)).min(F::splat(MOST));
-        (x.to_bits() + F::Whole::splat(HALF_STEP.wrapping_sub(OF_WORD_0))).shr::<12>()
-    };
+pub fn store<F: Num>(corners: &Corners<F>, counts: F::Mask, out: &mut Leaves, first: usize) -> F {
+    let [a, b, c, d] = *corners;
+    let near = |x: F| x.max(F::splat(LEAST)).min(F::splat(MOST));
+    store_near(&[near(a), near(b), near(c), near(d)], counts, out, first)
+}
+
+/// As [`store`], of corners that are in the range of words where they count.
+#[inline(always)]
+pub fn store_near<F: Num>([a, b, c, d]: &Corners<F>, counts: F::Mask, out: &mut Leaves, first: usize) -> F {
+    let word = |x: F| (x.to_bits() + F::Whole::splat(HALF_STEP.wrapping_sub(OF_WORD_0))).shr::<12>();
     let [a, b, c, d] = [word(*a), word(*b), word(*c), word(*d)];
     let [upper, lower] = out;
     for (out, pair) in [(upper, a | b.shl::<16>()), (lower, c | d.shl::<16>())] {
@@ -279,6 +284,7 @@ fn turned(rows: [Four; 4]) -> [Quad; 4] {
 }
 
 /// Writes running sums of the weights of all cells, which a sample searches and nobody normalises. Answers their sum.
+#[inline(always)]
 pub fn write_tops(weights: &[f32], grid: [u32; 2], tops_out: &mut [Quad]) -> f32 {
     let [rows, quads, _] = tops(grid);
     let (of_rows, rest) = tops_out.split_at_mut_checked(rows).unwrap_or_default();
@@ -308,7 +314,7 @@ pub fn write_tops(weights: &[f32], grid: [u32; 2], tops_out: &mut [Quad]) -> f32
 }
 
 /// Sums the means of the parts of a divided cell. Answers the mean of the cell. Rows of parts stand side by side in lanes.
-#[inline(never)]
+#[inline(always)]
 pub fn sum_parts(means: &[f32; MIDDLES], borders: &Borders, [of_rows, of_parts @ ..]: &mut Ends) -> f32 {
     let (rows, columns) = borders.split_at(PARTS - 1);
     let border = |k: usize| Four::each(|row| columns.get((PARTS - 1) * row + k).copied().unwrap_or(0.0));

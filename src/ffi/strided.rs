@@ -66,7 +66,13 @@ pub(crate) unsafe fn in_batches<const N: usize, const M: usize>(
     count: usize,
     mut each: impl FnMut(&[[f32; N]], &mut [[f32; M]]),
 ) {
-    let packed = count == 1 || from.stride == size_of::<[f32; N]>() && to.stride == size_of::<[f32; M]>();
+    if count == 1 {
+        let mut written = [[0.0; M]];
+        // SAFETY: the caller's contract, here and below.
+        each(&[unsafe { from.read(0) }], &mut written);
+        return unsafe { to.write(0, written[0]) };
+    }
+    let packed = from.stride == size_of::<[f32; N]>() && to.stride == size_of::<[f32; M]>();
     let (begin, end) = (from.start.addr(), from.start.addr() + count * from.stride);
     if packed && (end <= to.start.addr() || to.start.addr() + count * to.stride <= begin) {
         // SAFETY: checked not to overlap; the rest is this function's contract.

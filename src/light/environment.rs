@@ -334,8 +334,6 @@ impl<'a> Environment<'a> {
             starts: Table::new(blob.part(s.starts, behind(h.lengths.starts)), &[0.0; WINDOW]),
             blocks: blob.part(s.blocks, h.lengths.blocks),
             words: Table::new(blob.part(s.words, behind(h.lengths.words)), &[0; WINDOW]),
-            mean: h.stand_in.mean,
-            inverse_power: h.stand_in.inverse_power,
             ..Light::of_map(h.chart(), h.is_bilinear(), h.stand_in.tile_side, &[], &[])
         }
     }

@@ -92,10 +92,6 @@ pub struct Light<'a> {
     pub tile_side: u32,
     /// Rectangles of equal probability that cover all faces, in kD order: see [`rectangle`](super::strata::rectangle).
     pub strata: &'a [[f32; 4]],
-    /// The mean radiance of the texel map over the sphere.
-    pub mean: f32,
-    /// 1 / the integral of max(L - mean, L / 4) over the sphere, L the texel map's radiance; 0 for a black one.
-    pub inverse_power: f32,
 }
 
 impl<'a> Light<'a> {
@@ -118,8 +114,6 @@ impl<'a> Light<'a> {
             tiles,
             tile_side,
             strata: &[],
-            mean: 0.0,
-            inverse_power: 0.0,
         }
     }
 }

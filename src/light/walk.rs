@@ -61,21 +61,8 @@ impl<F: Num> Drawn<F> {
     /// Column and row on the face.
     #[inline(always)]
     pub fn place(&self) -> [F; 2] {
-        self.patch.place(self.position)
-    }
-}
-
-impl<F: Num> Patches<F> {
-    /// The direction of a position in the patch.
-    #[inline(always)]
-    pub(super) fn direction(&self, light: &Light<'_>, position: [F; 2]) -> Direction<F> {
-        light.chart.direction(self.face, self.place(position))
-    }
-
-    /// Column and row on the face of a position in the patch.
-    #[inline(always)]
-    fn place(&self, position: [F; 2]) -> [F; 2] {
-        [self.low[0] + position[0] * self.size[0], self.low[1] + position[1] * self.size[1]]
+        let Drawn { patch: Patches { low, size, .. }, position } = self;
+        [low[0] + position[0] * size[0], low[1] + position[1] * size[1]]
     }
 }
 
@@ -190,7 +177,13 @@ impl<'a, const N: usize> Walk<'a, N> {
     /// Walks down to the patches that the numbers of each lane in its cell lead to, which become the numbers in blocks, in units.
     // A function of its own: it is the same at all levels, and code that is read from far memory costs as much as tables.
     #[inline(never)]
-    pub(super) fn down(&mut self, light: &Light<'a>, numbers: &mut [Floats<N>; 2], count: usize) {
+    fn down(&mut self, light: &Light<'a>, numbers: &mut [Floats<N>; 2], count: usize) {
+        self.down_here(light, numbers, count);
+    }
+
+    /// As [`Walk::down`], inlined: of one lane nothing goes through memory.
+    #[inline(always)]
+    fn down_here(&mut self, light: &Light<'a>, numbers: &mut [Floats<N>; 2], count: usize) {
         self.ask_for_starts(light, count);
         self.find_block_rows(light, numbers, count);
         self.find_blocks(light, numbers, count);
@@ -284,7 +277,13 @@ impl<'a, const N: usize> Walk<'a, N> {
 
     /// Finds the patches at columns and rows of faces, which stand in `from`.
     #[inline(never)]
-    pub(super) fn at(&mut self, light: &Light<'a>, count: usize) {
+    fn at(&mut self, light: &Light<'a>, count: usize) {
+        self.at_here(light, count);
+    }
+
+    /// As [`Walk::at`], inlined.
+    #[inline(always)]
+    fn at_here(&mut self, light: &Light<'a>, count: usize) {
         let count = count.min(N);
         let face_rows = light.grid[1] / light.chart.faces();
         for lane in 0..count {
@@ -499,7 +498,10 @@ impl<'a> Light<'a> {
         for (out, numbers) in numbers.iter_mut().zip(&of_lanes) {
             put(out, 0, numbers.as_ref());
         }
-        walk.down(self, &mut numbers, F::WIDTH);
+        match N {
+            1 => walk.down_here(self, &mut numbers, 1),
+            _ => walk.down(self, &mut numbers, F::WIDTH),
+        }
         walk.drawn::<F>(self, &numbers, 0)
     }
 
@@ -516,7 +518,10 @@ impl<'a> Light<'a> {
         let mut walk = Walk::<N>::new();
         let [column, row] = [columns.patch(place.position[0]), rows.patch(place.position[1])];
         walk.put_places::<F>(0, place.face.truncate(), [column, row]);
-        walk.at(self, F::WIDTH);
+        match N {
+            1 => walk.at_here(self, 1),
+            _ => walk.at(self, F::WIDTH),
+        }
         (within(&walk.patches::<F>(self, 0), &place), place)
     }
 
@@ -561,7 +566,7 @@ impl<'a> Light<'a> {
     /// The direction of a drawn place.
     #[inline(always)]
     pub fn direction_of<F: Num>(&self, drawn: &Drawn<F>) -> Direction<F> {
-        drawn.patch.direction(self, drawn.position)
+        self.chart.direction(drawn.patch.face, drawn.place())
     }
 
     /// Drawn places with their densities: what [`Light::locate`] would find, but for rounding at the borders of patches.

@@ -66,6 +66,13 @@ impl<F: Num> Leaf<F> {
 fn find<F: Num>([a, b, c, d]: [F; 4], before: F, number: F) -> (F, [F; 2]) {
     let one = F::splat(1.0);
     let (behind_a, behind_b, behind_c) = (a.le(number), b.le(number), c.le(number));
+    if F::WIDTH == 1 {
+        // Sums never fall: it is looked up.
+        let index = F::bits(behind_a) + F::bits(behind_b) + F::bits(behind_c);
+        let ends = [before, a, b, c, d];
+        let place = index as usize % 4;
+        return (F::splat(index as f32), [ends[place], ends[place + 1]]);
+    }
     let index = F::only(behind_a, one) + F::only(behind_b, one) + F::only(behind_c, one);
     let start = F::select(behind_c, c, F::select(behind_b, b, F::select(behind_a, a, before)));
     let end = F::select(behind_c, d, F::select(behind_b, c, F::select(behind_a, b, a)));
@@ -309,9 +316,6 @@ impl<'a> Shaded<'a> {
     /// The densities of world directions for those of the grid.
     #[inline(always)]
     fn with_lobes<F: Num>(&self, frame: &Frame, world: [F; 3], grid: F) -> F {
-        if self.peak.is_none() {
-            return grid;
-        }
         let (map, _) = self.light.valid(frame, world);
         self.mixed(map, grid)
     }

@@ -7,7 +7,7 @@ use wis::light::chart::Layout;
 use wis::light::map::solid_angle;
 use wis::light::plan::{Description, Filter};
 use wis::light::radiance::{decode, encode};
-use wis::light::strata::{rectangle, unit};
+use wis::light::strata::{StandIn, rectangle, unit};
 use wis::light::tables::Light;
 
 /// Rectangles of strata, and their densities at their beginnings.
@@ -42,7 +42,7 @@ fn tiles(name: &str, light: &Light<'_>) {
 }
 
 /// The mean of p^ / p over the strata's density p, of its square, and the largest p^ / p, by places in each stratum.
-fn follows(light: &Light<'_>) -> [f64; 3] {
+fn follows(light: &Light<'_>, of: &StandIn) -> [f64; 3] {
     const SIDE: usize = 12;
     let count = light.strata.len() as f64;
     let (mut mean, mut second, mut largest) = (0.0, 0.0, 0.0f64);
@@ -54,7 +54,7 @@ fn follows(light: &Light<'_>) -> [f64; 3] {
             let at = |k: usize| (k as f32 + 0.5) / SIDE as f32;
             let place = [x + width * at(k % SIDE), y - top + rows * at(k / SIDE)];
             let radiance = light.radiance(face, place);
-            let stands_in = f64::from((radiance - light.mean).max(0.25 * radiance)) * f64::from(light.inverse_power);
+            let stands_in = f64::from((radiance - of.mean).max(0.25 * radiance)) * f64::from(of.inverse_power);
             let ratio =
                 stands_in * f64::from(solid_angle(&light.chart, place)) * count * f64::from(width) * f64::from(rows);
             let density = |k: usize, t: f32| f64::from(slopes[k] + 2.0 * (1.0 - slopes[k]) * t);
@@ -75,7 +75,7 @@ fn test(name: &str, map: &Map, of: &Description, [bound, worst]: [f64; 2]) {
     let environment = built.environment();
     let light = environment.light();
     tiles(name, &light);
-    let [mean, second, largest] = follows(&light);
+    let [mean, second, largest] = follows(&light, &environment.header().stand_in);
     let stated = f64::from(environment.header().stand_in.second_moment);
     println!("{name}: {} strata, {mean:.4} {second:.4} (stated {stated:.4}), largest {largest:.1}", light.strata.len());
     assert!((mean - 1.0).abs() < 0.01, "{name}: p^ integrates to {mean}");
@@ -125,8 +125,8 @@ fn a_black_map_has_strata_everywhere() {
     for (layout, width, height) in layouts(32) {
         let map = Map::new(layout, width, height, |_, _| 0.0);
         let built = Built::new(&map, &map.description(Filter::Bilinear));
-        let light = built.environment().light();
-        assert_eq!((light.inverse_power, light.mean, light.strata.len()), (0.0, 0.0, 256));
+        let (light, of) = (built.environment().light(), built.environment().header().stand_in);
+        assert_eq!((of.inverse_power, of.mean, light.strata.len()), (0.0, 0.0, 256));
         tiles("black", &light);
     }
 }

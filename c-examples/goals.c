@@ -1,4 +1,4 @@
-/* Calls for a machine that counts: goals WIDTH lambert|ggx CALLS FILE direct|prepare|sample|pdf BATCH
+/* Calls for a machine that counts: goals WIDTH lambert|ggx|mix CALLS FILE direct|prepare|sample|pdf BATCH
  *
  * wis_direct: one ray of 16 (Lambert) or 32 (GGX 0.2) candidates under a sky with a sun, WIDTH x WIDTH / 2 texels. The others: a product
  * at as many points, and BATCH directions of each. The environment is built once and kept in FILE, so that what is counted is calls.
@@ -152,7 +152,7 @@ static double product_call(wis_sampler *sampler, const wis_environment *light, c
 
 int main(int count, char **argument) {
     if (count != 7) {
-        fputs("usage: goals WIDTH lambert|ggx CALLS FILE direct|prepare|sample|pdf BATCH\n", stderr);
+        fputs("usage: goals WIDTH lambert|ggx|mix CALLS FILE direct|prepare|sample|pdf BATCH\n", stderr);
         return EXIT_FAILURE;
     }
     const uint32_t width = (uint32_t)atoi(argument[1]), calls = (uint32_t)atoi(argument[3]);
@@ -161,7 +161,7 @@ int main(int count, char **argument) {
     if (batch < 1 || batch > MOST) {
         return EXIT_FAILURE;
     }
-    const int is_glossy = strcmp(argument[2], "ggx") == 0;
+    const int is_glossy = strcmp(argument[2], "ggx") == 0, is_mix = strcmp(argument[2], "mix") == 0;
     size_t bytes;
     const wis_environment *light = environment(width, argument[4], &bytes);
 
@@ -177,9 +177,11 @@ int main(int count, char **argument) {
 
     wis_material material = {0};
     material.size = sizeof material;
-    material.lobe_count = 1;
+    material.lobe_count = is_mix ? 2 : 1;
     material.lobe[0].kind = is_glossy ? WIS_LOBE_GGX : WIS_LOBE_LAMBERT;
     material.lobe[0].a = material.lobe[0].b = 0.2f;
+    material.lobe[1] = material.lobe[0];
+    material.lobe[1].kind = WIS_LOBE_GGX;
     check(wis_material_init(&material, NULL));
     wis_point point = {0};
     point.size = sizeof point;
@@ -187,6 +189,8 @@ int main(int count, char **argument) {
     for (int k = 0; k < 3; k++) {
         point.weight[0][k] = 0.8f;
         point.f0[0][k] = 0.9f;
+        point.weight[1][k] = 1.0f;
+        point.f0[1][k] = 0.04f;
     }
 
     fprintf(stderr, "environment %zx %zx\nsampler %zx %zx\n", (size_t)light, (size_t)light + bytes, (size_t)memory, (size_t)memory + size.bytes);

@@ -1,7 +1,7 @@
 //! Holds the work of every function of the headers to what its comment states: `Work: count.`
 //!
 //! Each function of a built shared library is run at growing sizes of the inputs that its statement names. Instructions are
-//! counted, not time. The growth from a size to the next must not exceed that of the statement.
+//! counted, not time. The growth between two sizes must not exceed that of the statement.
 
 mod arguments;
 mod count;

@@ -331,20 +331,26 @@ impl Surface {
         if self.whole { value } else { value.copysign(z) }
     }
 
-    /// The only lobe, of which most surfaces consist: what it takes is inlined, without a loop. Others are evaluated and sampled apart.
-    #[inline(always)]
-    fn single(&self) -> Option<&Lobe> {
-        self.lobes[0].as_ref().filter(|_| self.count == 1)
-    }
-
     /// The luminance of BRDF x cosine in local directions, finite; and the density with which [`Surface::sample`] draws them.
-    /// Without lobes: the cosine, drawn with its distribution.
+    /// Without lobes: the cosine, drawn with its distribution. What most surfaces take is inlined, without a loop; others are evaluated apart.
     #[inline(always)]
     pub fn eval<F: Num>(&self, wi: [F; 3]) -> (F, F) {
         let factor = if self.cosine_included { F::splat(1.0) } else { wi[2].abs() };
-        let (value, pdf) = match self.single() {
-            Some(lobe @ Lobe { shape: LobeShape::Lambert(side), .. }) => lobe.diffuse(*side, wi),
-            Some(lobe @ Lobe { shape: LobeShape::Ggx(ggx), .. }) => lobe.glossy(&ggx.reflect(wi)),
+        let (value, pdf) = match (&self.lobes, self.count) {
+            ([Some(lobe @ Lobe { shape: LobeShape::Lambert(side), .. }), ..], 1) => lobe.diffuse(*side, wi),
+            ([Some(lobe @ Lobe { shape: LobeShape::Ggx(ggx), .. }), ..], 1) => lobe.glossy(&ggx.reflect(wi)),
+            // Plastic.
+            (
+                [
+                    Some(base @ Lobe { shape: LobeShape::Lambert(side), .. }),
+                    Some(coat @ Lobe { shape: LobeShape::Ggx(ggx), .. }),
+                    ..,
+                ],
+                2,
+            ) => {
+                let ((value, pdf), (own, density)) = (base.diffuse(*side, wi), coat.glossy(&ggx.reflect(wi)));
+                (value + own, pdf + density)
+            }
             _ => {
                 let (value, pdf) = F::apart(Eval { surface: self, wi });
                 (value, pdf)
@@ -382,8 +388,8 @@ impl Surface {
     /// microfacet reflects to the lower side, or transmits to the upper: [`Surface::eval`] counts no density there.
     #[inline(always)]
     pub fn sample<F: Num>(&self, u: [F; 2]) -> [F; 3] {
-        match self.single() {
-            Some(lobe @ Lobe { shape: LobeShape::Lambert(_) | LobeShape::Ggx(_), .. }) => lobe.sample(u),
+        match (&self.lobes, self.count) {
+            ([Some(lobe @ Lobe { shape: LobeShape::Lambert(_) | LobeShape::Ggx(_), .. }), ..], 1) => lobe.sample(u),
             _ => {
                 let [x, y, z] = F::apart(Sample { surface: self, u });
                 [x, y, z]

@@ -183,7 +183,9 @@ fn root<const K: usize>(trees: &[Stored]) -> Place<K> {
     place
 }
 
-/// The child of a place of the result, which has so many axes.
+/// The child of a place of the result, which has so many axes. In line: as a function apart it answers in memory, and a product waits for what
+/// it wrote in halves: 1.5 times as long.
+#[inline(always)]
 fn child<const K: usize>(mut place: Place<K>, trees: &[Stored], c: u32, axes: u32) -> Place<K> {
     for (spot, Stored { tree, .. }) in place.iter_mut().zip(trees) {
         *spot = tree.child(*spot, c, axes.saturating_sub(tree.axes()));

@@ -4,6 +4,7 @@ use crate::stored::{cases, doubles, floats, integer, number};
 use crate::support;
 use crate::support::{Map, Memory};
 use std::ptr::{null, null_mut};
+use wis::blob::Room;
 use wis::ffi::MemorySize;
 use wis::ffi::light::{LightConfig, WIS_ENVIRONMENT_ROWS_AT_POLES, WIS_ENVIRONMENT_SANITISE, WIS_LAYOUT_OCTAHEDRAL};
 use wis::ffi::lights::{
@@ -11,40 +12,28 @@ use wis::ffi::lights::{
     wis_jitter_size, wis_strata_order,
 };
 use wis::ffi::lights::{StrataConfig, wis_strata_lights, wis_strata_size};
-use wis::lights::strata::{Ball, Config, GROUP, Light, Scratch, stratify};
+use wis::lights::strata::{Config, Light, Strata};
 use wis::sample::Sample;
 use wis::status::Status;
 
 /// Centres and the label of each texel.
-struct Strata {
+struct Placed {
     centres: Vec<u32>,
     label: Vec<u32>,
 }
 
-fn try_run(config: &Config, luminance: &[f32]) -> Result<Strata, Status> {
-    let texels = config.texels();
-    let (mut rows, mut columns) = (vec![[0.0; 3]; config.height as usize], vec![[0.0; 2]; config.width as usize]);
-    let (mut component, mut members, mut start) = (vec![7; texels], vec![7; texels], vec![7; texels]);
-    let (mut distance, mut is_centre) = (vec![f64::NAN; texels], vec![9; texels]);
-    let mut balls = vec![Ball::default(); texels.div_ceil(GROUP) + 1];
-    let mut centres = vec![0; config.capacity()];
-    let mut scratch = Scratch {
-        rows: &mut rows,
-        columns: &mut columns,
-        component: &mut component,
-        members: &mut members,
-        distance: &mut distance,
-        start: &mut start,
-        balls: &mut balls,
-        is_centre: &mut is_centre,
-    };
-    let luminance: Vec<f64> = luminance.iter().map(|&l| f64::from(l)).collect();
-    let count = stratify(config, &luminance, &mut scratch, &mut centres)?;
-    centres.truncate(count);
-    Ok(Strata { centres, label: component })
+fn try_run(config: &Config, luminance: &[f32]) -> Result<Placed, Status> {
+    // Memory of any content.
+    let mut memory = vec![u128::MAX; config.size().unwrap().scratch.div_ceil(size_of::<u128>())];
+    let mut strata = Strata::new(config, &mut Room::new(bytemuck::cast_slice_mut(&mut memory)));
+    for (out, &l) in strata.luminance.iter_mut().zip(luminance) {
+        *out = f64::from(l);
+    }
+    strata.stratify()?;
+    Ok(Placed { centres: strata.centres[..strata.count].to_vec(), label: strata.component.to_vec() })
 }
 
-fn run(config: &Config, luminance: &[f32]) -> Strata {
+fn run(config: &Config, luminance: &[f32]) -> Placed {
     try_run(config, luminance).unwrap()
 }
 
@@ -145,7 +134,7 @@ fn scale_and_turns_of_the_map_change_nothing() {
     // A component that wraps around the azimuth gets what it gets elsewhere.
     let turned: Vec<f32> = (0..width * height).map(|i| map[(i / width * width + (i + 16) % width) as usize]).collect();
     let moved = run(&config, &turned);
-    let shares = |strata: &Strata, map: &[f32]| strata.centres.iter().filter(|&&c| map[c as usize] > 20.0).count();
+    let shares = |strata: &Placed, map: &[f32]| strata.centres.iter().filter(|&&c| map[c as usize] > 20.0).count();
     assert_eq!(moved.centres.len(), strata.centres.len());
     assert_eq!(shares(&moved, &turned), shares(&strata, &map));
 }
@@ -171,7 +160,7 @@ fn hard_maps_have_defined_results() {
     ] {
         assert_eq!(try_run(&bad, &[1.0; 128]).err(), Some(Status::InvalidArgument));
     }
-    assert_eq!(try_run(&config, &[1.0; 127]).err(), Some(Status::InvalidArgument));
+    assert_eq!(Strata::new(&config, &mut Room::new(&mut [])).stratify(), Err(Status::InvalidArgument));
 }
 
 /// Lights and labels of a map through the C boundary, with its config.

@@ -106,34 +106,27 @@ pub enum Mistake {
 impl Mistake {
     /// A sentence for a log, in English.
     pub const fn message(self) -> &'static CStr {
-        match self {
-            Mistake::None => c"the lobes are your BSDF",
-            Mistake::Scaled => c"your BSDF is the lobes times a factor, which changes no ray",
-            Mistake::Wo => {
-                c"wo points into the surface, or your BSDF ignores the side of wo: wo points away from the surface"
-            }
-            Mistake::Normal => {
-                c"the normal points to the other side: flip it to the side of wo, or set WIS_POINT_WHOLE_SPHERE"
-            }
-            Mistake::Wi => c"your BSDF takes wi towards the surface: it points away from the surface, to the light",
-            Mistake::NoWeight => c"the weights of all lobes are 0",
-            Mistake::Weight => c"the weight of a lobe is 0 or wrong by a factor",
-            Mistake::CosineMissing => c"your values lack the cosine: multiply by it, or set WIS_POINT_COSINE_INCLUDED",
-            Mistake::CosineTwice => {
-                c"your values have a cosine too many: WIS_POINT_COSINE_INCLUDED by mistake, or multiplied twice"
-            }
-            Mistake::AlphaSquare => c"your alpha is the square of the lobes': pass roughness squared",
-            Mistake::AlphaRoot => c"your alpha is the square root of the lobes': it was squared twice",
-            Mistake::Tangent => c"the tangent is rotated about the normal, or a and b are swapped (90 degrees)",
-            Mistake::Eta => c"eta is inverted: it is the index beyond the surface over that on the side of wo",
-            Mistake::Sides => {
-                c"your BSDF and the lobes scatter to different sides: WIS_POINT_WHOLE_SPHERE, or a lobe that transmits"
-            }
-            Mistake::F0 => c"f0 is wrong",
-            Mistake::Resembles => c"no mistake found: the lobes resemble your BSDF",
-            Mistake::Other => c"the lobes have little in common with your BSDF",
-            Mistake::Portals => c"no portal faces the point: edges[0] x edges[1] points into the room",
-        }
+        const MESSAGES: [&CStr; 18] = [
+            c"the lobes are your BSDF",
+            c"your BSDF is the lobes times a factor, which changes no ray",
+            c"wo points into the surface, or your BSDF ignores the side of wo: wo points away from the surface",
+            c"the normal points to the other side: flip it to the side of wo, or set WIS_POINT_WHOLE_SPHERE",
+            c"your BSDF takes wi towards the surface: it points away from the surface, to the light",
+            c"the weights of all lobes are 0",
+            c"the weight of a lobe is 0 or wrong by a factor",
+            c"your values lack the cosine: multiply by it, or set WIS_POINT_COSINE_INCLUDED",
+            c"your values have a cosine too many: WIS_POINT_COSINE_INCLUDED by mistake, or multiplied twice",
+            c"your alpha is the square of the lobes': pass roughness squared",
+            c"your alpha is the square root of the lobes': it was squared twice",
+            c"the tangent is rotated about the normal, or a and b are swapped (90 degrees)",
+            c"eta is inverted: it is the index beyond the surface over that on the side of wo",
+            c"your BSDF and the lobes scatter to different sides: WIS_POINT_WHOLE_SPHERE, or a lobe that transmits",
+            c"f0 is wrong",
+            c"no mistake found: the lobes resemble your BSDF",
+            c"the lobes have little in common with your BSDF",
+            c"no portal faces the point: edges[0] x edges[1] points into the room",
+        ];
+        MESSAGES[self as usize]
     }
 }
 

@@ -28,10 +28,8 @@ pub fn is_sound(environment: &Environment<'_>) -> bool {
 
 /// Whether the table of rows, and of the columns of each row, ascend from 0 to 1.
 fn tables_are_sound(tables: &[f32], [columns, rows]: [usize; 2]) -> bool {
-    let sound = |table: &[f32]| {
-        let ordered = table.windows(2).all(|pair| matches!(pair, [a, b] if a <= b));
-        ordered && table.first() == Some(&0.0) && table.last() == Some(&1.0)
-    };
+    let sound =
+        |table: &[f32]| table.is_sorted_by(|a, b| a <= b) && table.first() == Some(&0.0) && table.last() == Some(&1.0);
     let end = rows + 1 + rows * (columns + 1);
     tables.get(..rows + 1).is_some_and(sound)
         && tables.get(rows + 1..end).is_some_and(|tables| tables.chunks_exact((columns + 1).max(1)).all(sound))
@@ -85,10 +83,9 @@ fn block_is_sound(light: &Light<'_>, cell: &CellBlocks, first: usize, number: us
     else {
         return false;
     };
-    let ordered = |starts: &[u16]| starts.windows(2).all(|pair| matches!(pair, [a, b] if a <= b));
-    ordered(row_starts.get(..rows - 1).unwrap_or(&[]))
+    row_starts.get(..rows - 1).unwrap_or(&[]).is_sorted_by(|a, b| a <= b)
         && lines.chunks_exact(words.max(1)).take(rows).all(|line| {
             let starts = line.get(block.corners(light.bilinear)..).unwrap_or(&[]);
-            ordered(starts.get(..columns - 1).unwrap_or(&[]))
+            starts.get(..columns - 1).unwrap_or(&[]).is_sorted_by(|a, b| a <= b)
         })
 }

@@ -497,15 +497,13 @@ fn ratio(seen: &[f32], light: &[f32], dark: f32) -> f32 {
 fn frames(as_built: &Hypothesis) -> impl Iterator<Item = Hypothesis> {
     const KINDS: [Cause; 5] = [Cause::None, Cause::Turned, Cause::Mirrored, Cause::UpsideDown, Cause::Axes];
     let by = Hypothesis { look_up: None, ..*as_built };
-    let inverse = Frame::from_array(&transposed(&by.frame.to_array()));
-    let others = [Frame::IDENTITY, inverse].into_iter().filter(move |base| *base != by.frame);
-    let bases = core::iter::once((by.frame, false)).chain(others.map(|base| (base, true)));
-    bases.flat_map(move |(base, other)| {
-        let of_kind = |kind: Cause| (0..Axes::COUNT).map(Axes::of).filter(move |axes| axes.cause() == kind);
-        KINDS.into_iter().flat_map(of_kind).map(move |axes| {
-            let cause = if other { Cause::Frame } else { axes.cause() };
-            Hypothesis { cause, frame: axes.applied(&base), ..by }
-        })
+    let bases = [by.frame, Frame::IDENTITY, Frame::from_array(&transposed(&by.frame.to_array()))];
+    (0..bases.len() * KINDS.len() * Axes::COUNT).filter_map(move |code| {
+        let (axes, kind) = (Axes::of(code), KINDS[code / Axes::COUNT % KINDS.len()]);
+        let (number, base) = (code / Axes::COUNT / KINDS.len(), bases[code / Axes::COUNT / KINDS.len() % bases.len()]);
+        let is_new = axes.cause() == kind && (number == 0 || base != by.frame);
+        let cause = if number == 0 { kind } else { Cause::Frame };
+        is_new.then(|| Hypothesis { cause, frame: axes.applied(&base), ..by })
     })
 }
 

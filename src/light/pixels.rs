@@ -136,10 +136,9 @@ pub fn decode_row(
 ) -> Result<RowSummary, Error> {
     let size = pixels.channels as usize;
     match (pixels.format, bytemuck::try_cast_slice::<u8, f32>(bytes)) {
-        (Format::F32, Ok(floats)) => match size {
-            1 => decode(plan, pixels, floats.iter().map(|&l| [l; 3]), y, luminance, rgb),
-            _ => decode(plan, pixels, floats.chunks_exact(size.max(1)).map(first_three), y, luminance, rgb),
-        },
+        (Format::F32, Ok(floats)) => {
+            decode(plan, pixels, floats.chunks_exact(size.max(1)).map(colour), y, luminance, rgb)
+        }
         (format, _) => {
             let texels = bytes.chunks_exact((size * format.bytes()).max(1));
             decode(plan, pixels, texels.map(|texel| pixels.colour(texel)), y, luminance, rgb)
@@ -148,10 +147,10 @@ pub fn decode_row(
 }
 
 #[inline(always)]
-fn first_three(texel: &[f32]) -> [f32; 3] {
+fn colour(texel: &[f32]) -> [f32; 3] {
     match *texel {
         [r, g, b, ..] => [r, g, b],
-        _ => [0.0; 3],
+        _ => [texel.first().copied().unwrap_or(0.0); 3],
     }
 }
 

@@ -239,7 +239,11 @@ struct Line {
     angle: [f32; GRID + 1],
 }
 
+/// Of no light.
+const DARK: Line = Line { light: [0.0; GRID + 1], angle: [0.0; GRID + 1] };
+
 /// Integrals over a row of cells.
+#[derive(Clone, Copy, Zeroable)]
 struct Row {
     width: [f32; GRID],
     height: f32,
@@ -249,9 +253,6 @@ struct Row {
 }
 
 impl Row {
-    const EMPTY: Row =
-        Row { width: [0.0; GRID], height: 0.0, light: [0.0; GRID], square: [0.0; GRID], angle: [0.0; GRID] };
-
     /// Those over its cells.
     #[inline(always)]
     fn cells(&self) -> impl Iterator<Item = Integrals> {
@@ -259,10 +260,6 @@ impl Row {
         let cells = sums.zip(&self.width);
         cells.map(|(((&light, &square), &angle), width)| Integrals { light, square, angle, area: width * self.height })
     }
-}
-
-impl Line {
-    const EMPTY: Line = Line { light: [0.0; GRID + 1], angle: [0.0; GRID + 1] };
 }
 
 /// Sums of the columns or rows of a part of a grid: mass and square.
@@ -277,17 +274,23 @@ struct Grid<'a> {
 }
 
 impl Grid<'_> {
+    /// The rows of a part, each from the first column of the part to the end of the grid.
+    #[inline(always)]
+    fn lines(&self, part: &[Span; 2]) -> impl Iterator<Item = &[[f32; NUMBERS]]> {
+        let [x, y] = [0, 1].map(|k: usize| (part[k].first - self.spans[k].first) as usize);
+        let lines = self.cells.get(GRID * y..).unwrap_or(&[]).chunks_exact(GRID).take(part[1].count);
+        lines.map(move |line| line.get(x..).unwrap_or(&[]))
+    }
+
     /// Sums of the columns and of the rows of a part; what stands behind them stays.
     #[inline(always)]
     fn sums(&self, part: &[Span; 2], [columns, rows]: &mut [Sums; 2]) {
-        let [x, y] = [0, 1].map(|k: usize| (part[k].first - self.spans[k].first) as usize);
         // By slices, which know their ends: each node comes here.
         let columns = columns.get_mut(..part[0].count).unwrap_or_default();
         columns.fill([0.0; NUMBERS]);
-        let lines = self.cells.get(GRID * y..).unwrap_or(&[]).chunks_exact(GRID).take(part[1].count);
-        for (line, row) in lines.zip(rows) {
+        for (line, row) in self.lines(part).zip(rows) {
             let mut sum = [0.0; NUMBERS];
-            for (cell, column) in line.get(x..).unwrap_or(&[]).iter().zip(columns.iter_mut()) {
+            for (cell, column) in line.iter().zip(columns.iter_mut()) {
                 let numbers = cell.map(f64::from);
                 *column = [column[0] + numbers[0], column[1] + numbers[1]];
                 sum = [sum[0] + numbers[0], sum[1] + numbers[1]];
@@ -571,10 +574,9 @@ impl Field<'_> {
     }
 
     /// Hands out the integrals over the rows of a grid whose cells are at most a patch wide.
-    #[inline(always)]
-    fn each_row(&self, face: u32, [columns, rows]: [Span; 2], mut each: impl FnMut(&Row)) {
-        let mut lines = [Line::EMPTY; 2];
-        let (mut row, mut places) = (Row::EMPTY, [(0, 0.0); GRID + 1]);
+    #[inline(never)]
+    fn each_row(&self, face: u32, [columns, rows]: [Span; 2], each: &mut dyn FnMut(&Row)) {
+        let (mut lines, mut row, mut places) = ([DARK; 2], Row::zeroed(), [(0, 0.0); GRID + 1]);
         let unit = self.unit();
         // The last line of a face lies at the end of patches.
         let inner = self.light.tile_side == WHOLE && self.inside(1, rows.border(rows.count)).1 == 0.0;
@@ -670,7 +672,7 @@ impl Field<'_> {
     #[inline(never)]
     fn sum_up_part(&self, face: u32, spans: [Span; 2], out: &mut [f32]) -> f64 {
         let mut sums = [Integrals::default(); GRID / 2];
-        self.each_row(face, spans, |row| {
+        self.each_row(face, spans, &mut |row| {
             let mut cells = row.cells().take(spans[0].count);
             for sum in &mut sums {
                 for cell in cells.by_ref().take(2) {
@@ -780,7 +782,7 @@ impl<'a, 'b> Build<'a, 'b> {
         let [across, down] = spans;
         if across.size <= field.patch {
             let mut lines = self.cells.chunks_exact_mut(GRID);
-            field.each_row(node.face, spans, |row| {
+            field.each_row(node.face, spans, &mut |row| {
                 let line = lines.next().and_then(|line| line.get_mut(..across.count)).unwrap_or_default();
                 line.iter_mut().zip(row.cells()).for_each(|(out, cell)| *out = [cell.mass(), cell.square]);
             });
@@ -904,13 +906,11 @@ impl Field<'_> {
                 *density = 1.0 + span.middle(i).0 * slope as f32 / EVEN_SLOPE;
             }
         }
-        let [x, y] = [0, 1].map(|k: usize| (spans[k].first - grid.spans[k].first) as usize);
         let [columns, rows] = &densities;
         let columns = columns.get(..spans[0].count).unwrap_or_default();
-        let lines = grid.cells.get(GRID * y..).unwrap_or_default().chunks_exact(GRID).take(spans[1].count);
         let mut sum = 0.0;
-        for (line, row) in lines.zip(rows) {
-            for (cell, column) in line.get(x..).unwrap_or_default().iter().zip(columns) {
+        for (line, row) in grid.lines(&spans).zip(rows) {
+            for (cell, column) in line.iter().zip(columns) {
                 sum += f64::from(cell[1] / (column * row));
             }
         }

@@ -178,18 +178,17 @@ impl<'a> Jitter<'a> {
     /// Whether each texel stands once in one stratum, in ascending order, and sums end at 1.
     fn is_sound(&self) -> bool {
         let texels = self.order.len();
-        let ascend = self.start.windows(2).all(|pair| matches!(pair, [a, b] if a <= b));
         let ends = [self.start.first().copied(), self.start.last().copied()];
         let placed = |(place, &texel): (u32, &u32)| self.rank.get(texel as usize) == Some(&place);
-        ascend
+        self.start.is_sorted_by(|a, b| a <= b)
             && ends == [Some(0), Some(texels as u32)]
             && (0..).zip(self.order).all(placed)
             && (0..self.strata()).all(|stratum| {
                 let Some((first, end)) = self.range(stratum) else { return false };
                 let members = self.order.get(first..end).unwrap_or(&[]);
                 let sums = self.cumulative.get(first..end).unwrap_or(&[]);
-                members.windows(2).all(|pair| matches!(pair, [a, b] if a < b))
-                    && sums.windows(2).all(|pair| matches!(pair, [a, b] if a <= b))
+                members.is_sorted_by(|a, b| a < b)
+                    && sums.is_sorted_by(|a, b| a <= b)
                     && sums.first().is_none_or(|sum| *sum >= 0.0)
                     && sums.last().is_none_or(|sum| *sum == 1.0)
             })

@@ -57,7 +57,7 @@ impl Config {
     /// The bytes of the lights, and of the scratch memory; `None` if no memory is as long.
     pub fn size(&self) -> Option<Size> {
         let mut room = Room::new(&mut []);
-        Work::new(self, &mut room);
+        Strata::new(self, &mut room);
         Some(Size { bytes: self.capacity() * size_of::<Light>(), scratch: room.asked? })
     }
 
@@ -74,17 +74,14 @@ impl Config {
         lights: &mut [Light],
         labels: &mut [u32],
     ) -> core::result::Result<usize, Error> {
-        let Work { luminance, rgb, gathered, centres, mut scratch } = Work::new(self, &mut Room::new(memory));
-        map.decode(rows, luminance, rgb)?;
-        let count = stratify(self, luminance, &mut scratch, centres)?;
-        let centres = centres.get(..count).unwrap_or(&[]);
-        let gathered = gathered.get_mut(..count).unwrap_or(&mut []);
-        let to_world = |d: [f64; 3]| map.frame.to_world(d.map(|c| c as f32));
-        gather(self, (luminance, rgb), &scratch, centres, gathered, to_world, lights)?;
-        for (label, number) in labels.iter_mut().zip(scratch.component.iter()) {
-            *label = if count == 0 { 0 } else { *number };
+        let mut strata = Strata::new(self, &mut Room::new(memory));
+        map.decode(rows, strata.luminance, strata.rgb)?;
+        strata.stratify()?;
+        strata.gather(|d| map.frame.to_world(d.map(|c| c as f32)), lights)?;
+        for (label, number) in labels.iter_mut().zip(strata.component) {
+            *label = if strata.count == 0 { 0 } else { *number };
         }
-        Ok(count)
+        Ok(strata.count)
     }
 
     /// Gamma of a luminous energy, as a share of the map's, and a solid angle: powers of energies leave the range of a
@@ -96,69 +93,6 @@ impl Config {
 
 fn power(x: f64, exponent: f64) -> f64 {
     if exponent == 1.0 { x } else { libm::pow(x, exponent) }
-}
-
-/// Memory of a stratification besides the lights, and of the map.
-struct Work<'a> {
-    luminance: &'a mut [f64],
-    rgb: &'a mut [[f32; 3]],
-    gathered: &'a mut [Gathered],
-    centres: &'a mut [u32],
-    scratch: Scratch<'a>,
-}
-
-impl<'a> Work<'a> {
-    fn new(config: &Config, room: &mut Room<'a>) -> Work<'a> {
-        let (texels, capacity) = (config.texels(), config.capacity());
-        Work {
-            luminance: room.take(texels),
-            rgb: room.take(texels),
-            gathered: room.take(capacity),
-            centres: room.take(capacity),
-            scratch: Scratch {
-                rows: room.take(config.height as usize),
-                columns: room.take(config.width as usize),
-                component: room.take(texels),
-                members: room.take(texels),
-                distance: room.take(texels),
-                start: room.take(texels),
-                balls: room.take(texels.div_ceil(GROUP) + 1),
-                is_centre: room.take(texels),
-            },
-        }
-    }
-}
-
-/// Memory of a stratification besides the lights.
-pub struct Scratch<'a> {
-    /// For each row: sine and cosine of the polar angle, and the solid angle of a texel.
-    pub rows: &'a mut [[f64; 3]],
-    /// For each column: cosine and sine of the azimuth.
-    pub columns: &'a mut [[f64; 2]],
-    /// For each texel: the component that it belongs to, as its first texel; then its light.
-    pub component: &'a mut [u32],
-    /// Texels, component by component, near ones close together.
-    pub members: &'a mut [u32],
-    /// For each member: the squared chord to the nearest centre.
-    pub distance: &'a mut [f64],
-    /// For each texel that is a component's first: the range of its members.
-    pub start: &'a mut [u32],
-    /// For each group of members: a ball around them, and the largest distance among them.
-    pub balls: &'a mut [Ball],
-    /// For each texel: whether it is a centre.
-    pub is_centre: &'a mut [u8],
-}
-
-impl Scratch<'_> {
-    /// The direction of a texel's centre.
-    fn direction(&self, width: u32, texel: u32) -> [f64; 3] {
-        // A width of 0 was refused; said again, it leaves no panic path.
-        let width = width.max(1);
-        let (x, y) = (texel % width, texel / width);
-        let row = self.rows.get(y as usize).copied().unwrap_or_default();
-        let column = self.columns.get(x as usize).copied().unwrap_or_default();
-        [row[0] * column[0], row[0] * column[1], row[1]]
-    }
 }
 
 /// A stratum as a directional light.
@@ -180,61 +114,17 @@ pub struct Light {
 /// What a light gathers.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct Gathered {
+struct Gathered {
     rgb: [f64; 3],
     luminance: f64,
     solid_angle: f64,
     chord: f64,
 }
 
-/// Sums the light of a map over the strata that [`stratify`] left in `scratch`; `gathered` is as long as `lights`.
-///
-/// # Errors
-/// [`Status::Overflow`] if the light of a stratum is no float; no light is written then.
-pub fn gather(
-    config: &Config,
-    (luminance, rgb): (&[f64], &[[f32; 3]]),
-    scratch: &Scratch,
-    centres: &[u32],
-    gathered: &mut [Gathered],
-    to_world: impl Fn([f64; 3]) -> [f32; 3],
-    lights: &mut [Light],
-) -> Result<()> {
-    gathered.fill(Gathered::default());
-    for (texel, ((value, colour), label)) in luminance.iter().zip(rgb).zip(scratch.component.iter()).enumerate() {
-        let dw = scratch.rows.get(texel / config.width.max(1) as usize).map_or(0.0, |row| row[2]);
-        if let (Some(sum), Some(&centre)) = (gathered.get_mut(*label as usize), centres.get(*label as usize)) {
-            for (sum, channel) in sum.rgb.iter_mut().zip(colour) {
-                *sum += f64::from(*channel) * dw;
-            }
-            sum.luminance += value * dw;
-            sum.solid_angle += dw;
-            let [a, b] = [centre, texel as u32].map(|texel| scratch.direction(config.width, texel));
-            let chord = between(a, b);
-            sum.chord = if chord > sum.chord { chord } else { sum.chord };
-        }
-    }
-    let fits = |sum: &Gathered| sum.rgb.iter().chain([&sum.luminance]).all(|value| is_float(*value));
-    if !gathered.iter().all(fits) {
-        return Err(Status::Overflow);
-    }
-    for ((light, sum), &centre) in lights.iter_mut().zip(gathered.iter()).zip(centres) {
-        let half_chord = 0.5 * libm::sqrt(sum.chord);
-        *light = Light {
-            direction: to_world(scratch.direction(config.width, centre)),
-            rgb: sum.rgb.map(|channel| channel as f32),
-            luminance: sum.luminance as f32,
-            solid_angle: sum.solid_angle as f32,
-            extent: 2.0 * libm::asin(if half_chord < 1.0 { half_chord } else { 1.0 }) as f32,
-        };
-    }
-    Ok(())
-}
-
 /// A ball of directions.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct Ball {
+struct Ball {
     centre: [f64; 3],
     /// No member is farther from the centre.
     radius: f64,
@@ -243,98 +133,171 @@ pub struct Ball {
 }
 
 /// Members in a ball.
-pub const GROUP: usize = 256;
+const GROUP: usize = 256;
 /// Texels of a map are walked in blocks of this many rows and columns.
 const BLOCK: u32 = 16;
 /// Chords that differ by less are equal.
 const TIE: f64 = 1e-9;
 const NO_TEXEL: u32 = u32::MAX;
 
-/// A stratification in progress.
-struct Builder<'a, 'b> {
-    config: &'b Config,
-    luminance: &'b [f64],
-    scratch: &'b mut Scratch<'a>,
-    centres: &'b mut [u32],
-    count: usize,
+/// A stratification in progress, in memory that is as long as [`Config::size`] says.
+pub struct Strata<'a> {
+    config: Config,
+    /// Of each texel, finite and not negative.
+    pub luminance: &'a mut [f64],
+    rgb: &'a mut [[f32; 3]],
+    gathered: &'a mut [Gathered],
+    /// The texels of the centres, in the order in which they were found.
+    pub centres: &'a mut [u32],
+    /// How many centres there are: 0 for a black map.
+    pub count: usize,
+    /// For each row: sine and cosine of the polar angle, and the solid angle of a texel.
+    rows: &'a mut [[f64; 3]],
+    /// For each column: cosine and sine of the azimuth.
+    columns: &'a mut [[f64; 2]],
+    /// For each texel: the component that it belongs to, as its first texel; in the end the number of the nearest centre.
+    pub component: &'a mut [u32],
+    /// Texels, component by component, near ones close together.
+    members: &'a mut [u32],
+    /// For each member: the squared chord to the nearest centre.
+    distance: &'a mut [f64],
+    /// For each texel that is a component's first: the range of its members.
+    start: &'a mut [u32],
+    /// For each group of members: a ball around them, and the largest distance among them.
+    balls: &'a mut [Ball],
+    /// For each texel: whether it is a centre.
+    is_centre: &'a mut [u8],
     /// The sum of luminance x solid angle.
     energy: f64,
 }
 
-/// Places the lights of a map of luminance, finite and not negative. Writes the texels of the centres, in the order in
-/// which they were found, and the number of the nearest one for each texel into `scratch.component`. Returns how many
-/// centres there are: 0 for a black map.
-///
-/// # Errors
-/// [`Status::InvalidArgument`] for a config that is none.
-pub fn stratify(config: &Config, luminance: &[f64], scratch: &mut Scratch, centres: &mut [u32]) -> Result<usize> {
-    let texels = config.texels();
-    let sound_map = config.width > 0 && config.height > 0 && texels < NO_TEXEL as usize && luminance.len() == texels;
-    let in_range = |exponent: f64| (0.0..f64::INFINITY).contains(&exponent);
-    let sound_metric = config.angle_limit > 0.0
-        && in_range(config.angle_limit)
-        && in_range(config.radiance_exponent)
-        && in_range(config.angle_exponent);
-    if !(sound_map && sound_metric && config.levels > 0) {
-        return Err(Status::InvalidArgument);
+impl<'a> Strata<'a> {
+    /// None yet.
+    pub fn new(config: &Config, room: &mut Room<'a>) -> Strata<'a> {
+        let (texels, capacity) = (config.texels(), config.capacity());
+        Strata {
+            config: *config,
+            luminance: room.take(texels),
+            rgb: room.take(texels),
+            gathered: room.take(capacity),
+            centres: room.take(capacity),
+            count: 0,
+            rows: room.take(config.height as usize),
+            columns: room.take(config.width as usize),
+            component: room.take(texels),
+            members: room.take(texels),
+            distance: room.take(texels),
+            start: room.take(texels),
+            balls: room.take(texels.div_ceil(GROUP) + 1),
+            is_centre: room.take(texels),
+            energy: 0.0,
+        }
     }
-    let mut builder = Builder { config, luminance, scratch, centres, count: 0, energy: 0.0 };
-    let deviation = builder.prepare();
-    if !(builder.energy > 0.0) || config.count == 0 {
-        return Ok(0);
-    }
-    for level in (0..config.levels).rev() {
-        builder.layer(if level == 0 { -1.0 } else { f64::from(level) * deviation });
-    }
-    builder.label();
-    Ok(builder.count)
-}
 
-impl Builder<'_, '_> {
+    /// Places the lights of a map of luminance.
+    ///
+    /// # Errors
+    /// [`Status::InvalidArgument`] for a config that is none.
+    pub fn stratify(&mut self) -> Result<()> {
+        let Config { width, height, count, levels, radiance_exponent, angle_exponent, angle_limit } = self.config;
+        let texels = self.config.texels();
+        let sound_map = width > 0 && height > 0 && texels < NO_TEXEL as usize && self.luminance.len() == texels;
+        let in_range = |exponent: f64| (0.0..f64::INFINITY).contains(&exponent);
+        let sound_metric =
+            angle_limit > 0.0 && [angle_limit, radiance_exponent, angle_exponent].map(in_range) == [true; 3];
+        if !(sound_map && sound_metric && levels > 0) {
+            return Err(Status::InvalidArgument);
+        }
+        let deviation = self.prepare();
+        if self.energy > 0.0 && count > 0 {
+            for level in (0..levels).rev() {
+                self.layer(if level == 0 { -1.0 } else { f64::from(level) * deviation });
+            }
+            self.label();
+        }
+        Ok(())
+    }
+
+    /// Sums the light of the map over the strata.
+    ///
+    /// # Errors
+    /// [`Status::Overflow`] if the light of a stratum is no float; no light is written then.
+    fn gather(&mut self, to_world: impl Fn([f64; 3]) -> [f32; 3], lights: &mut [Light]) -> Result<()> {
+        let gathered = core::mem::take(&mut self.gathered).get_mut(..self.count).unwrap_or_default();
+        gathered.fill(Gathered::default());
+        for (texel, (colour, &label)) in self.rgb.iter().zip(self.component.iter()).enumerate() {
+            let Some(sum) = gathered.get_mut(label as usize) else { continue };
+            let dw = self.solid_angle(texel);
+            for (sum, channel) in sum.rgb.iter_mut().zip(colour) {
+                *sum += f64::from(*channel) * dw;
+            }
+            sum.luminance += at(self.luminance, texel) * dw;
+            sum.solid_angle += dw;
+            let centre = at(self.centres, label as usize);
+            sum.chord = sum.chord.max(between(self.direction(centre), self.direction(texel as u32)));
+        }
+        let fits = |sum: &Gathered| sum.rgb.iter().chain([&sum.luminance]).all(|value| is_float(*value));
+        if !gathered.iter().all(fits) {
+            return Err(Status::Overflow);
+        }
+        for ((light, sum), &centre) in lights.iter_mut().zip(gathered.iter()).zip(self.centres.iter()) {
+            let half_chord = 0.5 * libm::sqrt(sum.chord);
+            *light = Light {
+                direction: to_world(self.direction(centre)),
+                rgb: sum.rgb.map(|channel| channel as f32),
+                luminance: sum.luminance as f32,
+                solid_angle: sum.solid_angle as f32,
+                extent: 2.0 * libm::asin(if half_chord < 1.0 { half_chord } else { 1.0 }) as f32,
+            };
+        }
+        Ok(())
+    }
+
     /// Fills the tables; returns the solid-angle weighted deviation of luminance.
     fn prepare(&mut self) -> f64 {
-        let Config { width, height, .. } = *self.config;
-        for (y, row) in self.scratch.rows.iter_mut().take(height as usize).enumerate() {
+        let Config { width, height, .. } = self.config;
+        for (y, row) in self.rows.iter_mut().take(height as usize).enumerate() {
             let theta = PI * (y as f64 + 0.5) / f64::from(height);
             *row = [libm::sin(theta), libm::cos(theta), latlong_solid_angle(width, height, y as u32)];
         }
-        for (x, column) in self.scratch.columns.iter_mut().take(width as usize).enumerate() {
+        for (x, column) in self.columns.iter_mut().take(width as usize).enumerate() {
             let phi = 2.0 * PI * (x as f64 + 0.5) / f64::from(width);
             *column = [libm::cos(phi), libm::sin(phi)];
         }
-        self.scratch.is_centre.fill(0);
+        self.is_centre.fill(0);
         let (mut energy, mut angle) = (0.0, 0.0);
         for texel in 0..self.luminance.len() {
             let dw = self.solid_angle(texel);
-            energy += self.value(texel) * dw;
+            energy += at(self.luminance, texel) * dw;
             angle += dw;
         }
         let mean = energy / angle;
         let mut squares = 0.0;
         for texel in 0..self.luminance.len() {
-            let difference = self.value(texel) - mean;
+            let difference = at(self.luminance, texel) - mean;
             squares += difference * difference * self.solid_angle(texel);
         }
         self.energy = energy;
         libm::sqrt(squares / angle)
     }
 
-    fn value(&self, texel: usize) -> f64 {
-        self.luminance.get(texel).copied().unwrap_or(0.0)
-    }
-
     fn solid_angle(&self, texel: usize) -> f64 {
-        self.scratch.rows.get(texel / self.config.width.max(1) as usize).map_or(0.0, |row| row[2])
+        at(self.rows, texel / self.config.width.max(1) as usize)[2]
     }
 
+    /// The direction of a texel's centre.
     fn direction(&self, texel: u32) -> [f64; 3] {
-        self.scratch.direction(self.config.width, texel)
+        // A width of 0 was refused; said again, it leaves no panic path.
+        let width = self.config.width.max(1);
+        let ([sine, cosine, _], [x, y]) =
+            (at(self.rows, (texel / width) as usize), at(self.columns, (texel % width) as usize));
+        [sine * x, sine * y, cosine]
     }
 
     /// Gives lights to the components of what is brighter than a threshold.
     fn layer(&mut self, threshold: f64) {
         self.find_components(threshold);
-        self.gather();
+        self.sort();
         for texel in 0..self.config.texels() as u32 {
             if self.component(texel) == texel {
                 self.place(texel);
@@ -343,13 +306,13 @@ impl Builder<'_, '_> {
     }
 
     fn component(&self, texel: u32) -> u32 {
-        self.scratch.component.get(texel as usize).copied().unwrap_or(NO_TEXEL)
+        self.component.get(texel as usize).copied().unwrap_or(NO_TEXEL)
     }
 
     /// Labels every bright texel with the first texel of its component; union-find over left and upper neighbours.
     fn find_components(&mut self, threshold: f64) {
-        let Config { width, height, .. } = *self.config;
-        for ((texel, label), &value) in (0..).zip(self.scratch.component.iter_mut()).zip(self.luminance) {
+        let Config { width, height, .. } = self.config;
+        for ((texel, label), &value) in (0..).zip(self.component.iter_mut()).zip(self.luminance.iter()) {
             *label = if value > threshold { texel } else { NO_TEXEL };
         }
         for texel in 0..width * height {
@@ -363,7 +326,7 @@ impl Builder<'_, '_> {
         for texel in 0..width * height {
             if self.component(texel) != NO_TEXEL {
                 let root = self.root(texel);
-                put(self.scratch.component, texel, root);
+                put(self.component, texel, root);
             }
         }
     }
@@ -374,7 +337,7 @@ impl Builder<'_, '_> {
             return;
         }
         let (a, b) = (self.root(a), self.root(b));
-        put(self.scratch.component, a.max(b), a.min(b));
+        put(self.component, a.max(b), a.min(b));
     }
 
     fn root(&mut self, texel: u32) -> u32 {
@@ -386,27 +349,27 @@ impl Builder<'_, '_> {
             }
             // Halving the path keeps later ones short.
             let grandparent = self.component(parent);
-            put(self.scratch.component, texel, grandparent);
+            put(self.component, texel, grandparent);
             texel = grandparent;
         }
     }
 
     /// Sorts the texels by component, block by block of the map within each.
-    fn gather(&mut self) {
+    fn sort(&mut self) {
         let texels = self.config.texels();
-        self.scratch.start.fill(0);
+        self.start.fill(0);
         for texel in 0..texels as u32 {
-            if let Some(size) = self.scratch.start.get_mut(self.component(texel) as usize) {
+            if let Some(size) = self.start.get_mut(self.component(texel) as usize) {
                 *size += 1;
             }
         }
         let mut sum = 0;
-        for slot in self.scratch.start.iter_mut().take(texels) {
+        for slot in self.start.iter_mut().take(texels) {
             let size = *slot;
             *slot = sum;
             sum += size;
         }
-        let Config { width, height, .. } = *self.config;
+        let Config { width, height, .. } = self.config;
         let (across, down) = (width.div_ceil(BLOCK).max(1), height.div_ceil(BLOCK));
         for block in 0..across * down {
             let (x0, y0) = (block % across * BLOCK, block / across * BLOCK);
@@ -421,21 +384,17 @@ impl Builder<'_, '_> {
     /// Appends a texel to its component; `start` then points behind it.
     fn push_member(&mut self, texel: u32) {
         let component = self.component(texel);
-        if let Some(end) = self.scratch.start.get_mut(component as usize) {
-            put(self.scratch.members, *end, texel);
+        if let Some(end) = self.start.get_mut(component as usize) {
+            put(self.members, *end, texel);
             *end += 1;
         }
     }
 
-    /// The members of a component as a range: after `gather`, `start` of a component is its end.
+    /// The members of a component as a range: after `sort`, `start` of a component is its end.
     fn range(&self, component: u32) -> (usize, usize) {
-        let end = self.scratch.start.get(component as usize).copied().unwrap_or(0) as usize;
-        let before = component.checked_sub(1).and_then(|before| self.scratch.start.get(before as usize));
-        (before.copied().unwrap_or(0) as usize, end)
-    }
-
-    fn member(&self, index: usize) -> u32 {
-        self.scratch.members.get(index).copied().unwrap_or(0)
+        let [before, end] =
+            [component.wrapping_sub(1), component].map(|component| at(self.start, component as usize) as usize);
+        (before, end)
     }
 
     /// Gives a component the lights that it lacks.
@@ -443,11 +402,11 @@ impl Builder<'_, '_> {
         let (first, end) = self.range(component);
         let (mut energy, mut angle, mut nested) = (0.0, 0.0, 0usize);
         for index in first..end {
-            let texel = self.member(index) as usize;
+            let texel = at(self.members, index) as usize;
             let dw = self.solid_angle(texel);
-            energy += self.value(texel) * dw;
+            energy += at(self.luminance, texel) * dw;
             angle += dw;
-            nested += usize::from(self.scratch.is_centre.get(texel).copied().unwrap_or(0));
+            nested += usize::from(at(self.is_centre, texel));
         }
         let wanted = self.lights(energy, angle);
         let added = wanted.saturating_sub(nested).min(end - first - nested);
@@ -461,7 +420,7 @@ impl Builder<'_, '_> {
             self.approach(first, end, brightest);
             added - 1
         } else {
-            self.settle(first, end, |this, centre| this.component(centre) == component, |_, _, _| {});
+            self.settle(first, end, Some(component));
             added
         };
         for _ in 0..rest {
@@ -481,9 +440,7 @@ impl Builder<'_, '_> {
     }
 
     fn add(&mut self, texel: u32) {
-        if let (Some(slot), Some(mark)) =
-            (self.centres.get_mut(self.count), self.scratch.is_centre.get_mut(texel as usize))
-        {
+        if let (Some(slot), Some(mark)) = (self.centres.get_mut(self.count), self.is_centre.get_mut(texel as usize)) {
             (*slot, *mark) = (texel, 1);
             self.count += 1;
         }
@@ -492,8 +449,8 @@ impl Builder<'_, '_> {
     fn brightest(&self, first: usize, end: usize) -> u32 {
         let mut best = (NO_TEXEL, -1.0);
         for index in first..end {
-            let texel = self.member(index);
-            let value = self.value(texel as usize);
+            let texel = at(self.members, index);
+            let value = at(self.luminance, texel as usize);
             if value > best.1 || value == best.1 && texel < best.0 {
                 best = (texel, value);
             }
@@ -506,27 +463,23 @@ impl Builder<'_, '_> {
         for (number, (group, last)) in groups(first, end).enumerate() {
             let mut sum = [0.0; 3];
             for index in group..last {
-                let d = self.direction(self.member(index));
+                let d = self.direction(at(self.members, index));
                 sum = [sum[0] + d[0], sum[1] + d[1], sum[2] + d[2]];
             }
             let centre = sum.map(|s| s / (last - group) as f64);
             let squared =
-                (group..last).fold(0.0f64, |most, i| most.max(between(centre, self.direction(self.member(i)))));
-            self.scratch.distance.get_mut(group..last).unwrap_or_default().fill(f64::INFINITY);
+                (group..last).fold(0.0f64, |most, i| most.max(between(centre, self.direction(at(self.members, i)))));
+            self.distance.get_mut(group..last).unwrap_or_default().fill(f64::INFINITY);
             let ball = Ball { centre, radius: libm::sqrt(squared), farthest: f64::INFINITY };
-            put(self.scratch.balls, number as u32, ball);
+            put(self.balls, number as u32, ball);
         }
-    }
-
-    fn ball(&self, number: usize) -> Ball {
-        self.scratch.balls.get(number).copied().unwrap_or_default()
     }
 
     /// Notes in the ball of a group how far its members are from the nearest centre.
     fn note_farthest(&mut self, number: usize, group: usize, last: usize) {
-        let distances = self.scratch.distance.get(group..last).unwrap_or(&[]);
+        let distances = self.distance.get(group..last).unwrap_or(&[]);
         let farthest = distances.iter().fold(0.0f64, |farthest, &d| farthest.max(d));
-        put(self.scratch.balls, number as u32, Ball { farthest, ..self.ball(number) });
+        put(self.balls, number as u32, Ball { farthest, ..at(self.balls, number) });
     }
 
     /// Tells the members of a new centre. A group is left out if the centre is too far from its ball to be the nearest
@@ -534,10 +487,10 @@ impl Builder<'_, '_> {
     fn approach(&mut self, first: usize, end: usize, texel: u32) {
         let centre = self.direction(texel);
         for (number, (group, last)) in groups(first, end).enumerate() {
-            let ball = self.ball(number);
+            let ball = at(self.balls, number);
             let gap = libm::sqrt(between(centre, ball.centre)) - ball.radius;
             if gap <= 0.0 || gap * gap <= ball.farthest * (1.0 + 1e-9) {
-                self.approach_group(group, last, centre, |_, _| {});
+                self.approach_group(group, last, centre, None);
                 self.note_farthest(number, group, last);
             }
         }
@@ -545,15 +498,15 @@ impl Builder<'_, '_> {
 
     /// The member farthest from all centres; of equal ones the first texel.
     fn farthest(&self, first: usize, end: usize) -> u32 {
-        let balls = self.scratch.balls.get(..(end - first).div_ceil(GROUP)).unwrap_or(&[]);
+        let balls = self.balls.get(..(end - first).div_ceil(GROUP)).unwrap_or(&[]);
         let chord = libm::sqrt(balls.iter().fold(0.0f64, |largest, ball| largest.max(ball.farthest)));
         let bound = (chord - TIE).max(0.0);
         let is_far = |distance: f64| distance >= bound * bound;
         let far = groups(first, end).zip(balls).filter(|(_, ball)| is_far(ball.farthest));
         far.flat_map(|((group, last), _)| group..last)
-            .filter(|&index| self.scratch.distance.get(index).is_some_and(|&distance| is_far(distance)))
-            .map(|index| self.member(index))
-            .filter(|&texel| self.scratch.is_centre.get(texel as usize) == Some(&0))
+            .filter(|&index| self.distance.get(index).is_some_and(|&distance| is_far(distance)))
+            .map(|index| at(self.members, index))
+            .filter(|&texel| self.is_centre.get(texel as usize) == Some(&0))
             .fold(NO_TEXEL, u32::min)
     }
 
@@ -562,49 +515,41 @@ impl Builder<'_, '_> {
         // After the last layer all texels are one component: its members are all texels, block by block.
         let end = self.config.texels();
         self.enclose(0, end);
-        self.settle(0, end, |_, _| true, |this, texel, number| put(this.scratch.component, texel, number));
+        self.settle(0, end, None);
     }
 
-    /// Finds the nearest of the centres that count for each member. For a group only those are tried that can be nearest
-    /// to any of its members; `claim` hears of a member and the number of a centre that is nearer than those before.
-    fn settle(
-        &mut self,
-        first: usize,
-        end: usize,
-        counts: impl Fn(&Self, u32) -> bool,
-        claim: impl Fn(&mut Self, u32, u32),
-    ) {
+    /// Finds the nearest centre for each member, of those in a component; or of all, and labels members by it. For a group only those are tried
+    /// that can be nearest to any of its members.
+    fn settle(&mut self, first: usize, end: usize, component: Option<u32>) {
         for (number, (group, last)) in groups(first, end).enumerate() {
-            let ball = self.ball(number);
+            let ball = at(self.balls, number);
             let away = |this: &Self, index: usize| {
-                let centre = this.centre(index);
+                let centre = at(this.centres, index);
                 let direction = this.direction(centre);
-                counts(this, centre).then(|| (direction, between(ball.centre, direction)))
+                component
+                    .is_none_or(|of| this.component(centre) == of)
+                    .then(|| (direction, between(ball.centre, direction)))
             };
             let nearest = (0..self.count).filter_map(|index| away(self, index));
             let nearest = nearest.fold(f64::INFINITY, |nearest, (_, squared)| nearest.min(squared));
             let reach = libm::sqrt(nearest) + 2.0 * ball.radius + TIE;
             for index in 0..self.count {
                 if let Some((direction, _)) = away(self, index).filter(|(_, squared)| *squared <= reach * reach) {
-                    self.approach_group(group, last, direction, |this, texel| claim(this, texel, index as u32));
+                    self.approach_group(group, last, direction, component.is_none().then_some(index as u32));
                 }
             }
             self.note_farthest(number, group, last);
         }
     }
 
-    fn centre(&self, index: usize) -> u32 {
-        self.centres.get(index).copied().unwrap_or(0)
-    }
-
-    /// Tells the members of a group of a centre; `claim` hears of those to which it is the nearest so far.
-    fn approach_group(&mut self, group: usize, last: usize, centre: [f64; 3], claim: impl Fn(&mut Self, u32)) {
+    /// Tells the members of a group of a centre; those to which it is the nearest so far get its label, if it has one.
+    fn approach_group(&mut self, group: usize, last: usize, centre: [f64; 3], label: Option<u32>) {
         for index in group..last {
-            let texel = self.member(index);
+            let texel = at(self.members, index);
             let squared = between(centre, self.direction(texel));
-            if let Some(slot) = self.scratch.distance.get_mut(index).filter(|slot| squared < **slot) {
+            if let Some(slot) = self.distance.get_mut(index).filter(|slot| squared < **slot) {
                 *slot = squared;
-                claim(self, texel);
+                label.into_iter().for_each(|label| put(self.component, texel, label));
             }
         }
     }
@@ -619,6 +564,11 @@ fn between(a: [f64; 3], b: [f64; 3]) -> f64 {
 /// Members in groups: where each begins and ends.
 fn groups(first: usize, end: usize) -> impl Iterator<Item = (usize, usize)> {
     (first..end).step_by(GROUP).map(move |group| (group, (group + GROUP).min(end)))
+}
+
+/// An element; 0 if there is none.
+fn at<T: Copy + Default>(of: &[T], index: usize) -> T {
+    of.get(index).copied().unwrap_or_default()
 }
 
 /// Writes an element, if there is one.

@@ -10,9 +10,10 @@
 use crate::blob::Size;
 use crate::numeric::{exp2i, exponent};
 use crate::status::{Error, Status};
-use crate::wavelets::stored::{AnyTree, Built, Facts, Header, Parts, SCRATCH, Stored, mean_of, of_any, store};
+use crate::wavelets::stored::{AXES, AnyTree, Built, Facts, Header, Parts, SCRATCH, Stored, mean_of, of_any, store};
 use crate::wavelets::tree::{Link, MAX_DEPTH, NO_SQUARE, Tree};
 use bytemuck::{Pod, Zeroable, try_cast_slice_mut};
+use core::array::from_fn;
 
 /// The most factors of a product.
 pub const MAX_FACTORS: usize = 3;
@@ -20,42 +21,12 @@ pub const MAX_FACTORS: usize = 3;
 pub const WIS_MAX_BLEND: usize = 16;
 
 /// How trees are combined.
-trait Rule<const K: usize> {
-    /// The value where the trees have these averages.
-    fn value(&self, spots: &[Spot; K]) -> f64;
-    /// Whether it varies there.
-    fn varies(&self, spots: &[Spot; K]) -> bool;
-}
-
-/// Their product.
 #[derive(Clone, Copy, Debug)]
-struct Times;
-
-impl Rule<MAX_FACTORS> for Times {
-    fn value(&self, spots: &[Spot; MAX_FACTORS]) -> f64 {
-        spots.iter().map(|spot| f64::from(spot.average)).product()
-    }
-
-    fn varies(&self, spots: &[Spot; MAX_FACTORS]) -> bool {
-        spots.iter().any(Spot::varies) && spots.iter().all(|spot| spot.average > 0.0)
-    }
-}
-
-/// Their sum with these weights, 0 or more.
-#[derive(Clone, Copy, Debug)]
-struct Weighted([f64; WIS_MAX_BLEND]);
-
-// Not in line: one copy serves all numbers of axes.
-impl Rule<WIS_MAX_BLEND> for Weighted {
-    #[inline(never)]
-    fn value(&self, spots: &[Spot; WIS_MAX_BLEND]) -> f64 {
-        spots.iter().zip(self.0).map(|(spot, weight)| weight * f64::from(spot.average)).sum()
-    }
-
-    #[inline(never)]
-    fn varies(&self, spots: &[Spot; WIS_MAX_BLEND]) -> bool {
-        spots.iter().zip(self.0).any(|(spot, weight)| weight > 0.0 && spot.varies())
-    }
+enum Rule {
+    /// Their product.
+    Times,
+    /// Their sum with these weights, 0 or more.
+    Weighted([f64; WIS_MAX_BLEND]),
 }
 
 /// The integral of the product of a tree of more axes and one of the first of them, which is constant along the rest: exact but for the
@@ -118,16 +89,6 @@ impl AnyTree<'_> {
     fn root(&self) -> Spot {
         of_any!(self, tree => Spot { square: tree.root_square().unwrap_or(NO_SQUARE), average: tree.average() })
     }
-
-    /// The child of a spot of the result, whose axes are `beyond` more than this tree's: it is constant along those.
-    #[inline(never)]
-    fn child(&self, spot: Spot, c: u32, beyond: u32) -> Spot {
-        let c = c.wrapping_shr(beyond);
-        match spot.square {
-            NO_SQUARE => spot,
-            square => of_any!(self, tree => child_spot(tree, square, c)),
-        }
-    }
 }
 
 /// A tree's average on a square, and its own square there if it varies.
@@ -145,17 +106,42 @@ impl Spot {
     }
 }
 
-/// A function that is 1: what stands for a factor that is not there.
-const ONE: Spot = Spot { square: NO_SQUARE, average: 1.0 };
+const NOWHERE: Spot = Spot { square: NO_SQUARE, average: 0.0 };
 
-fn child_spot<const C: usize>(tree: &Tree<C>, square: u32, c: u32) -> Spot {
-    let average = tree.children(square).get(c as usize).copied().unwrap_or(0.0);
-    Spot { square: tree.child_square(square, c).unwrap_or(NO_SQUARE), average }
+/// What a tree of as many axes or fewer has on the children of a square of the result: averages, and bit c where child c varies.
+struct Below<const C: usize> {
+    averages: [f32; C],
+    varies: u32,
+}
+
+impl<const C: usize> Below<C> {
+    fn new<const M: usize>(tree: &Tree<M>, spot: Spot) -> Self {
+        // The bits of the first axes are the most significant ones.
+        let own = |c: u32| c >> (C / M).trailing_zeros();
+        let averages = match tree.squares().get(spot.square as usize) {
+            Some(averages) => from_fn(|c| averages[own(c as u32) as usize & (M - 1)]),
+            None => [spot.average; C],
+        };
+        let mask = tree.link(spot.square).mask;
+        let varies = if M == C { mask } else { (0..C as u32).fold(0, |all, c| all | (mask >> own(c) & 1) << c) };
+        Below { averages, varies }
+    }
+}
+
+/// A tree's own child of a spot.
+fn child<const M: usize>(tree: &Tree<M>, spot: Spot, own: u32) -> Spot {
+    match tree.squares().get(spot.square as usize) {
+        Some(averages) => Spot {
+            square: tree.child_square(spot.square, own).unwrap_or(NO_SQUARE),
+            average: averages[own as usize & (M - 1)],
+        },
+        None => spot,
+    }
 }
 
 /// The most squares that the product of trees of at most so many axes can have, from how many each tree has on each level:
 /// a square of m axes stands for 2^((n - m) level) of n axes. `None` if they are more than 2^32 - 2. Where the trees have as
-/// many axes, [`count`] visits no more squares than the trees have, and is exact.
+/// many axes, [`Trees::squares`] counts no more squares than the trees have, and is exact.
 fn most(axes: u32, trees: &[Stored]) -> Option<u32> {
     let mut levels = [0u64; MAX_DEPTH as usize];
     if trees.iter().any(|stored| stored.tree.root().average <= 0.0) {
@@ -172,82 +158,190 @@ fn most(axes: u32, trees: &[Stored]) -> Option<u32> {
     u32::try_from(squares).ok().filter(|&squares| squares < u32::MAX)
 }
 
-/// A square of the result: where each tree is.
-type Place<const K: usize> = [Spot; K];
-
-fn root<const K: usize>(trees: &[Stored]) -> Place<K> {
-    let mut place = [ONE; K];
-    for (spot, stored) in place.iter_mut().zip(trees) {
-        *spot = stored.tree.root();
-    }
-    place
+/// Trees to combine, none of more axes than the first. A place is a square of the result: where each tree is.
+struct Trees<'a> {
+    trees: &'a [Stored<'a>],
+    rule: Rule,
 }
 
-/// The child of a place of the result, which has so many axes. In line: as a function apart it answers in memory, and a product waits for what
-/// it wrote in halves: 1.5 times as long.
-#[inline(always)]
-fn child<const K: usize>(mut place: Place<K>, trees: &[Stored], c: u32, axes: u32) -> Place<K> {
-    for (spot, Stored { tree, .. }) in place.iter_mut().zip(trees) {
-        *spot = tree.child(*spot, c, axes.saturating_sub(tree.axes()));
+impl Trees<'_> {
+    fn axes(&self) -> u32 {
+        self.trees.first().map_or(AXES[0], |stored| stored.tree.axes())
     }
-    place
-}
 
-/// The number of squares of the result of at most K trees of at most so many axes, from a place of this level on; `None` if they are
-/// more than 2^32 - 2. Recursion ends at the finest level.
-fn count<const K: usize>(
-    axes: u32,
-    trees: &[Stored],
-    rule: &impl Rule<K>,
-    place: &Place<K>,
-    level: u32,
-) -> Option<u32> {
-    if level == MAX_DEPTH || !rule.varies(place) {
-        return Some(0);
+    fn weight(&self, k: usize) -> f64 {
+        match &self.rule {
+            Rule::Times => 1.0,
+            Rule::Weighted(weights) => weights.get(k).copied().unwrap_or(0.0),
+        }
     }
-    (0..1 << axes).try_fold(1u32, |squares, c| {
-        let below = count(axes, trees, rule, &child(*place, trees, c, axes), level + 1)?;
-        squares.checked_add(below).filter(|&squares| squares < u32::MAX)
-    })
+
+    /// What a value is before the first tree.
+    fn start(&self) -> f64 {
+        if let Rule::Times = self.rule { 1.0 } else { 0.0 }
+    }
+
+    /// A value with one more tree in it.
+    #[inline(always)]
+    fn with(&self, value: f64, term: f64) -> f64 {
+        if let Rule::Times = self.rule { value * term } else { value + term }
+    }
+
+    /// The values of the C children of a place; bit c: child c varies.
+    fn children<const C: usize>(&self, place: &[Spot]) -> ([f64; C], u32) {
+        let (mut values, mut varies) = ([self.start(); C], 0);
+        for (k, (&spot, Stored { tree, .. })) in place.iter().zip(self.trees).enumerate() {
+            let below = of_any!(tree, tree => Below::<C>::new(tree, spot));
+            let weight = self.weight(k);
+            for (value, average) in values.iter_mut().zip(below.averages) {
+                *value = self.with(*value, weight * f64::from(average));
+            }
+            varies |= if weight > 0.0 { below.varies } else { 0 };
+        }
+        // Three f32 do not underflow in f64: a product is 0 where a tree is, and does not vary there.
+        if let Rule::Times = self.rule {
+            varies &= values.iter().zip(0..).fold(0, |all, (&value, c)| all | u32::from(value > 0.0) << c);
+        }
+        (values, varies)
+    }
+
+    /// Writes the place of a child of a place.
+    fn descend(&self, place: &[Spot], c: u32, below: &mut [Spot]) {
+        let axes = self.axes();
+        for ((to, &spot), Stored { tree, .. }) in below.iter_mut().zip(place).zip(self.trees) {
+            let own = c >> axes.saturating_sub(tree.axes());
+            *to = of_any!(tree, tree => child(tree, spot, own));
+        }
+    }
+
+    /// The place of the root, its value, and whether it varies.
+    fn root(&self) -> ([Spot; WIS_MAX_BLEND], f64, bool) {
+        let (mut place, mut value, mut varies) = ([NOWHERE; WIS_MAX_BLEND], self.start(), false);
+        for (k, (to, stored)) in place.iter_mut().zip(self.trees).enumerate() {
+            *to = stored.tree.root();
+            value = self.with(value, self.weight(k) * f64::from(to.average));
+            varies |= self.weight(k) > 0.0 && to.varies();
+        }
+        (place, value, varies && value > 0.0)
+    }
+
+    /// The number of squares of the result, of trees of as many axes; `None` if they are more than 2^32 - 2.
+    fn squares(&self) -> Option<u32> {
+        let squares = match (self.root(), self.axes()) {
+            ((_, _, false), _) => 0,
+            ((root, ..), 2) => self.squares_from::<4>(&root, 0),
+            ((root, ..), _) => self.squares_from::<16>(&root, 0),
+        };
+        u32::try_from(squares).ok().filter(|&squares| squares < u32::MAX)
+    }
+
+    /// Those from a place of this level on: no more than the trees have together. Recursion ends at the finest level.
+    fn squares_from<const C: usize>(&self, place: &[Spot], level: u32) -> u64 {
+        if level == MAX_DEPTH {
+            return 0;
+        }
+        let (_, varies) = self.children::<C>(place);
+        let below = (0..C as u32).filter(|c| varies >> c & 1 == 1).map(|c| {
+            let mut child = [NOWHERE; WIS_MAX_BLEND];
+            self.descend(place, c, &mut child);
+            self.squares_from::<C>(&child, level + 1)
+        });
+        1 + below.sum::<u64>()
+    }
+
+    /// Writes the squares below a root that varies, parents before their children; returns how many there are, or `None` if the
+    /// scratch memory is too short.
+    fn expand<const C: usize>(&self, root: &[Spot], scratch: &mut Scratch) -> Option<usize> {
+        let each = self.trees.len();
+        scratch.places.get_mut(..each)?.iter_mut().zip(root).for_each(|(place, spot)| *place = *spot);
+        let (mut done, mut used) = (0usize, 1usize);
+        while done < used {
+            let (values, varies) = self.children::<C>(scratch.places.get(done * each..)?);
+            *scratch.values.get_mut(done * C..)?.first_chunk_mut::<C>()? = values;
+            *scratch.links.get_mut(done)? = Link { first: u32::try_from(used).ok()?, mask: varies };
+            for c in (0..C as u32).filter(|c| varies >> c & 1 == 1) {
+                let (before, after) = scratch.places.split_at_mut_checked(used * each)?;
+                self.descend(before.get(done * each..)?, c, after.get_mut(..each)?);
+                used += 1;
+            }
+            done += 1;
+        }
+        Some(used)
+    }
+
+    /// Combines them; `None` if the scratch memory is too short.
+    fn combine(&self, scratch: &mut Scratch) -> Option<Combined> {
+        let axes = self.axes();
+        let used = match (self.root(), axes) {
+            ((_, mean, false), _) => return Some(Combined { squares: 0, mean }),
+            ((root, ..), 2) => self.expand::<4>(&root, scratch)?,
+            ((root, ..), _) => self.expand::<16>(&root, scratch)?,
+        };
+        // Children stand behind their parents.
+        for parent in (0..used).rev() {
+            let Link { first, mask } = *scratch.links.get(parent)?;
+            let kept = (0..1usize << axes).filter(|c| mask >> c & 1 == 1);
+            for (child, c) in (first as usize..).zip(kept) {
+                let average = mean(axes, scratch.values, child)?;
+                *scratch.values.get_mut((parent << axes) + c)? = average;
+            }
+            if mask == 0 {
+                scratch.links.get_mut(parent)?.first = 0;
+            }
+        }
+        Some(Combined { squares: u32::try_from(used).ok()?, mean: mean(axes, scratch.values, 0)? })
+    }
+
+    /// The memory of a result of so many squares; `None` if none is as long.
+    fn size(&self, squares: u32) -> Option<Size> {
+        let scratch = (squares as usize).checked_mul(Scratch::each(self.axes(), self.trees.len()))?;
+        let bytes = Parts::new(self.axes(), squares as usize)?.bytes;
+        Some(Size { bytes, scratch }).filter(|size| size.scratch <= isize::MAX as usize)
+    }
+
+    /// Combines them, whose values are multiplied by `2^exponent`, into a tree; `None` if the scratch memory is too short.
+    fn build(&self, exponent: i32, memory: &mut [u8], scratch: &mut [u8]) -> Built<Option<Header>> {
+        let Some(mut scratch) = Scratch::new(self.axes(), self.trees.len(), scratch) else { return Ok(None) };
+        let Some(result) = self.combine(&mut scratch) else { return Ok(None) };
+        let stored = store(memory, self.axes(), result.squares as usize, |averages, links| {
+            let (power, average) = scale(scratch.values, result.mean, averages);
+            let own = exponent.saturating_add(power);
+            let mean = if result.mean > 0.0 { mean_of(result.mean, exponent, own)? } else { 0.0 };
+            links.iter_mut().zip(scratch.links).for_each(|(link, from)| *link = *from);
+            let depth = self.trees.iter().map(|stored| stored.tree.depth()).max().unwrap_or(0);
+            Ok(Facts { depth, mean, error: 0.0, exponent: if mean > 0.0 { own } else { 0 }, average })
+        });
+        stored.map(Some)
+    }
 }
 
 /// Memory of a result: all three for as many squares as it has, or more.
-struct Scratch<'a, const K: usize> {
+struct Scratch<'a> {
     /// The averages of the children, of one square behind those of another.
     values: &'a mut [f64],
     /// Where the trees are.
-    places: &'a mut [Place<K>],
+    places: &'a mut [Spot],
     /// The result's links.
     links: &'a mut [Link],
 }
 
-impl<'a, const K: usize> Scratch<'a, K>
-where
-    Place<K>: Pod,
-{
-    /// The bytes for a square of so many axes.
-    fn each(axes: u32) -> usize {
-        (size_of::<f64>() << axes) + size_of::<Place<K>>() + size_of::<Link>()
+impl<'a> Scratch<'a> {
+    /// The bytes for a square of so many axes, from so many trees.
+    fn each(axes: u32, trees: usize) -> usize {
+        (size_of::<f64>() << axes) + trees * size_of::<Spot>() + size_of::<Link>()
     }
 
     /// Divides a block, for as many squares as fit.
-    fn new(axes: u32, block: &'a mut [u8]) -> Option<Self> {
-        let room = block.len() / Self::each(axes);
+    fn new(axes: u32, trees: usize, block: &'a mut [u8]) -> Option<Self> {
+        let room = block.len().checked_div(Self::each(axes, trees))?;
         let (values, rest) = block.split_at_mut_checked(room * (size_of::<f64>() << axes))?;
-        let (places, rest) = rest.split_at_mut_checked(room * size_of::<Place<K>>())?;
+        let (places, rest) = rest.split_at_mut_checked(room * trees * size_of::<Spot>())?;
         let links = rest.get_mut(..room * size_of::<Link>())?;
         Some(Scratch {
             values: try_cast_slice_mut(values).ok()?,
             places: try_cast_slice_mut(places).ok()?,
             links: try_cast_slice_mut(links).ok()?,
         })
-    }
-
-    /// The memory of a result of so many squares; `None` if none is as long.
-    fn size(axes: u32, squares: u32) -> Option<Size> {
-        let scratch = (squares as usize).checked_mul(Self::each(axes))?;
-        let bytes = Parts::new(axes, squares as usize)?.bytes;
-        Some(Size { bytes, scratch }).filter(|size| size.scratch <= isize::MAX as usize)
     }
 }
 
@@ -260,93 +354,18 @@ struct Combined {
     mean: f64,
 }
 
-/// Combines at most K trees; `None` if the scratch memory is too short.
-fn combine<const K: usize>(
-    axes: u32,
-    trees: &[Stored],
-    rule: &impl Rule<K>,
-    scratch: &mut Scratch<K>,
-) -> Option<Combined> {
-    let root = root(trees);
-    if !rule.varies(&root) {
-        return Some(Combined { squares: 0, mean: rule.value(&root) });
-    }
-    *scratch.places.first_mut()? = root;
-    let (mut done, mut used) = (0usize, 1usize);
-    while done < used {
-        let place = *scratch.places.get(done)?;
-        let (values, link) = (scratch.values.get_mut(done << axes..)?, scratch.links.get_mut(done)?);
-        *link = Link { first: u32::try_from(used).ok()?, mask: 0 };
-        for (c, value) in (0..1 << axes).zip(values) {
-            let child = child(place, trees, c, axes);
-            *value = rule.value(&child);
-            if rule.varies(&child) {
-                *scratch.places.get_mut(used)? = child;
-                link.mask |= 1 << c;
-                used += 1;
-            }
-        }
-        done += 1;
-    }
-    // Children stand behind their parents.
-    for parent in (0..used).rev() {
-        let Link { first, mask } = *scratch.links.get(parent)?;
-        let kept = (0..1usize << axes).filter(|c| mask >> c & 1 == 1);
-        for (child, c) in (first as usize..).zip(kept) {
-            let average = mean(axes, scratch.values, child)?;
-            *scratch.values.get_mut((parent << axes) + c)? = average;
-        }
-        if mask == 0 {
-            scratch.links.get_mut(parent)?.first = 0;
-        }
-    }
-    Some(Combined { squares: u32::try_from(used).ok()?, mean: mean(axes, scratch.values, 0)? })
-}
-
 /// The average of a square from those of its children.
 fn mean(axes: u32, values: &[f64], square: usize) -> Option<f64> {
     let children = values.get(square << axes..(square + 1) << axes)?;
     Some(children.iter().sum::<f64>() / f64::from(1u32 << axes))
 }
 
-/// Combines trees, whose values are multiplied by `2^exponent`, into a tree; `None` if the scratch memory is too short.
-#[inline(never)]
-fn build<const K: usize>(
-    trees: &[Stored],
-    rule: &impl Rule<K>,
-    exponent: i32,
-    memory: &mut [u8],
-    scratch: &mut [u8],
-) -> Built<Option<Header>>
-where
-    Place<K>: Pod,
-{
-    let axes = axes(trees);
-    let Some(mut scratch) = Scratch::new(axes, scratch) else { return Ok(None) };
-    let Some(result) = combine(axes, trees, rule, &mut scratch) else { return Ok(None) };
-    let stored = store(memory, axes, result.squares as usize, |averages, links| {
-        let (power, average) = scale(scratch.values, result.mean, averages);
-        let own = exponent.saturating_add(power);
-        let mean = if result.mean > 0.0 { mean_of(result.mean, exponent, own)? } else { 0.0 };
-        links.iter_mut().zip(scratch.links).for_each(|(link, from)| *link = *from);
-        let depth = trees.iter().map(|stored| stored.tree.depth()).max().unwrap_or(0);
-        Ok(Facts { depth, mean, error: 0.0, exponent: if mean > 0.0 { own } else { 0 }, average })
-    });
-    stored.map(Some)
-}
-
-/// The axes of a result: those of the first tree.
-fn axes(trees: &[Stored]) -> u32 {
-    trees.first().map_or(1, |stored| stored.tree.axes())
-}
-
 /// The memory of the product of two or three trees, of which no other has more axes than the first: exactly if all have as
 /// many, else at most. `None` if no memory is as long.
 pub fn product_size(trees: &[Stored]) -> Option<Size> {
-    let axes = axes(trees);
-    let alike = trees.iter().all(|stored| stored.tree.axes() == axes);
-    let squares = if alike { count(axes, trees, &Times, &root(trees), 0)? } else { most(axes, trees)? };
-    Scratch::<MAX_FACTORS>::size(axes, squares)
+    let product = Trees { trees, rule: Rule::Times };
+    let alike = trees.iter().all(|stored| stored.tree.axes() == product.axes());
+    product.size(if alike { product.squares()? } else { most(product.axes(), trees)? })
 }
 
 /// Multiplies two or three trees, of which no other has more axes than the first.
@@ -355,19 +374,14 @@ pub fn product_size(trees: &[Stored]) -> Option<Size> {
 /// [`Built`].
 pub fn multiply_in(trees: &[Stored], memory: &mut [u8], scratch: &mut [u8]) -> Built<Header> {
     let exponent = trees.iter().fold(0i32, |sum, stored| sum.saturating_add(stored.header.exponent));
-    let built = build(trees, &Times, exponent, memory, scratch)?;
-    built.ok_or_else(|| {
-        product_size(trees).map_or(Status::Overflow.into(), |size| Error::too_small(SCRATCH, size.scratch))
-    })
+    let built = Trees { trees, rule: Rule::Times }.build(exponent, memory, scratch)?;
+    built.ok_or_else(|| too_small(product_size(trees)))
 }
 
 /// The memory of a weighted sum of trees of the same axes, at most. `None` if none is as long.
 pub fn sum_size(trees: &[Stored]) -> Option<Size> {
-    weighted_size(trees, &Weighted([1.0; WIS_MAX_BLEND]))
-}
-
-fn weighted_size(trees: &[Stored], rule: &Weighted) -> Option<Size> {
-    Scratch::<WIS_MAX_BLEND>::size(axes(trees), count(axes(trees), trees, rule, &root(trees), 0)?)
+    let sum = Trees { trees, rule: Rule::Weighted([1.0; WIS_MAX_BLEND]) };
+    sum.size(sum.squares()?)
 }
 
 /// The sum of trees of the same axes, each times its weight, finite and 0 or more.
@@ -375,17 +389,20 @@ fn weighted_size(trees: &[Stored], rule: &Weighted) -> Option<Size> {
 /// # Errors
 /// [`Built`].
 pub fn add_in(trees: &[Stored], weights: &[f64], memory: &mut [u8], scratch: &mut [u8]) -> Built<Header> {
-    let (rule, largest) = stored_weights(trees, weights);
-    let built = build(trees, &rule, largest, memory, scratch)?;
-    built.ok_or_else(|| {
-        weighted_size(trees, &rule).map_or(Status::Overflow.into(), |size| Error::too_small(SCRATCH, size.scratch))
-    })
+    let (weights, largest) = stored_weights(trees, weights);
+    let sum = Trees { trees, rule: Rule::Weighted(weights) };
+    let built = sum.build(largest, memory, scratch)?;
+    built.ok_or_else(|| too_small(sum.squares().and_then(|squares| sum.size(squares))))
+}
+
+fn too_small(need: Option<Size>) -> Error {
+    need.map_or(Status::Overflow.into(), |size| Error::too_small(SCRATCH, size.scratch))
 }
 
 /// Weights for what the trees store, and the power of two that was taken out: the largest term has a weight in [1, 2), so
 /// that nothing overflows; a term of less than 2^-200 of it counts as that.
 #[inline(never)]
-fn stored_weights(trees: &[Stored], weights: &[f64]) -> (Weighted, i32) {
+fn stored_weights(trees: &[Stored], weights: &[f64]) -> ([f64; WIS_MAX_BLEND], i32) {
     let power = |weight: f64, stored: &Stored| exponent(weight).saturating_add(stored.header.exponent);
     let mut largest = i32::MIN;
     for (&weight, stored) in weights.iter().zip(trees) {
@@ -393,8 +410,8 @@ fn stored_weights(trees: &[Stored], weights: &[f64]) -> (Weighted, i32) {
             largest = power(weight, stored);
         }
     }
-    let mut rule = Weighted([0.0; WIS_MAX_BLEND]);
-    for (slot, (&weight, stored)) in rule.0.iter_mut().zip(weights.iter().zip(trees)) {
+    let mut stored = [0.0; WIS_MAX_BLEND];
+    for (slot, (&weight, stored)) in stored.iter_mut().zip(weights.iter().zip(trees)) {
         if weight > 0.0 {
             let (out, below) = (exponent(weight), power(weight, stored).saturating_sub(largest));
             // Twice, since a weight may be as small as 2^-1074.
@@ -402,7 +419,7 @@ fn stored_weights(trees: &[Stored], weights: &[f64]) -> (Weighted, i32) {
             *slot = mantissa * exp2i(if below < -200 { -200 } else { below });
         }
     }
-    (rule, if largest > i32::MIN { largest } else { 0 })
+    (stored, if largest > i32::MIN { largest } else { 0 })
 }
 
 /// Writes averages as trees store them, scaled to a mean in [1, 2) (see [`crate::wavelets::tree::normalise`]); returns the power of

@@ -29,6 +29,15 @@ pub struct Link {
     pub mask: u32,
 }
 
+impl Link {
+    /// The square of child `c`; `None` if it is not kept.
+    #[inline]
+    pub fn child(self, c: u32) -> Option<u32> {
+        let bit = 1u32.wrapping_shl(c);
+        if self.mask & bit == 0 { None } else { self.first.checked_add((self.mask & (bit - 1)).count_ones()) }
+    }
+}
+
 /// A function on the unit cube of n axes: averages over nested squares with `C = 2^n` children each.
 ///
 /// Child `c = (b1 .. bn)` in binary, axis 1 most significant, bit 0 = lower half. A child without a square is
@@ -237,19 +246,21 @@ impl<'a, const C: usize> Tree<'a, C> {
         self.squares.get(square as usize).copied().unwrap_or([0.0; C])
     }
 
+    /// Where the kept children of a square stand; none of a square that does not exist.
+    #[inline]
+    pub fn link(&self, square: u32) -> Link {
+        if !self.links.is_empty() {
+            return self.links.get(square as usize).copied().unwrap_or_default();
+        }
+        match square.checked_mul(C as u32).and_then(|before| before.checked_add(1)) {
+            Some(first) if (first as usize) < self.squares.len() => Link { first, mask: u32::MAX >> (32 - C) },
+            _ => Link::default(),
+        }
+    }
+
     /// The square of child `c` (0..C); `None` if the function is constant there.
     #[inline]
     pub fn child_square(&self, square: u32, c: u32) -> Option<u32> {
-        let child = if self.links.is_empty() {
-            square.checked_mul(C as u32)?.checked_add(c)?.checked_add(1)?
-        } else {
-            let link = self.links.get(square as usize)?;
-            let bit = 1u32.wrapping_shl(c);
-            if link.mask & bit == 0 {
-                return None;
-            }
-            link.first.checked_add((link.mask & (bit - 1)).count_ones())?
-        };
-        if (child as usize) < self.squares.len() { Some(child) } else { None }
+        self.link(square).child(c).filter(|&child| (child as usize) < self.squares.len())
     }
 }

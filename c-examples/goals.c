@@ -9,21 +9,20 @@
 
 #include "wis.h"
 
+static void fail(const char *why) {
+    fprintf(stderr, "goals: %s\n", why);
+    exit(EXIT_FAILURE);
+}
+
 static void check(wis_status status) {
-    if (status != WIS_OK) {
-        fprintf(stderr, "%s\n", wis_status_string(status));
-        exit(EXIT_FAILURE);
-    }
+    if (status != WIS_OK) fail(wis_status_string(status));
 }
 
 /* At the beginning of a page, so that lines are the same in every run. */
 static void *allocate(size_t bytes) {
     const size_t page = 4096;
     char *memory = malloc(bytes + page);
-    if (memory == NULL) {
-        fputs("out of memory\n", stderr);
-        exit(EXIT_FAILURE);
-    }
+    if (memory == NULL) fail("out of memory");
     return memory + (page - (uintptr_t)memory % page);
 }
 
@@ -37,10 +36,7 @@ static float uniform(uint32_t *state) {
 static float *sky(uint32_t width) {
     const uint32_t height = width / 2;
     uint32_t state = 1;
-    float *map = malloc((size_t)width * height * sizeof *map);
-    if (map == NULL) {
-        exit(EXIT_FAILURE);
-    }
+    float *map = allocate((size_t)width * height * sizeof *map);
     for (uint32_t y = 0; y < height; y++) {
         const float up = 1.0f - 2.0f * ((float)y + 0.5f) / (float)height;
         for (uint32_t x = 0; x < width; x++) {
@@ -55,37 +51,23 @@ static float *sky(uint32_t width) {
 /* What an earlier run kept, or else a new environment. */
 static const wis_environment *environment(uint32_t width, const char *name, size_t *bytes) {
     const wis_environment *handle;
-    FILE *file = fopen(name, "rb");
-    if (file != NULL) {
-        fseek(file, 0, SEEK_END);
-        *bytes = (size_t)ftell(file);
-        rewind(file);
-        void *memory = allocate(*bytes);
-        if (fread(memory, 1, *bytes, file) == *bytes && wis_environment_open(memory, *bytes, &handle, NULL) == WIS_OK) {
-            fclose(file);
-            return handle;
-        }
-        fclose(file);
-    }
-    wis_environment_config config = {0};
-    config.size = sizeof config;
-    config.layout = WIS_LAYOUT_LATLONG;
-    config.width = width;
-    config.height = width / 2;
-    config.channels = 1;
-    config.format = WIS_FORMAT_F32;
-    config.filter = WIS_FILTER_BILINEAR;
-    config.pixels = sky(width);
+    const wis_environment_config config = {.size = sizeof config, .layout = WIS_LAYOUT_LATLONG, .width = width, .height = width / 2,
+                                           .channels = 1, .format = WIS_FORMAT_F32, .filter = WIS_FILTER_BILINEAR, .pixels = sky(width)};
     wis_memory_size size;
     check(wis_environment_size(&config, &size, NULL));
     void *memory = allocate(size.bytes), *scratch = allocate(size.scratch_bytes);
-    check(wis_environment_init(&config, memory, size.bytes, scratch, size.scratch_bytes, &handle, NULL));
+    FILE *file = fopen(name, "rb");
     *bytes = size.bytes;
-    file = fopen(name, "wb");
-    if (file == NULL || fwrite(memory, 1, size.bytes, file) != size.bytes || fclose(file) != 0) {
-        fprintf(stderr, "%s: cannot be written\n", name);
-        exit(EXIT_FAILURE);
+    if (file == NULL) {
+        check(wis_environment_init(&config, memory, size.bytes, scratch, size.scratch_bytes, &handle, NULL));
+        file = fopen(name, "wb");
+        if (file == NULL || fwrite(memory, 1, size.bytes, file) != size.bytes) fail("the file cannot be written");
+    } else if (fread(memory, 1, size.bytes, file) != size.bytes) {
+        fail("the file is too short");
+    } else {
+        check(wis_environment_open(memory, size.bytes, &handle, NULL));
     }
+    fclose(file);
     return handle;
 }
 
@@ -126,22 +108,16 @@ static double product_call(wis_sampler *sampler, const wis_environment *light, c
     static char *memory;
     static float u[MOST][2], pdf[MOST];
     static wis_drawn drawn[MOST];
-    wis_product_config config = {0};
-    config.size = sizeof config;
+    const wis_product_config config = {.size = sizeof config};
     wis_memory_size size;
     check(wis_product_size(&config, &size, NULL));
-    if (memory == NULL) {
-        memory = allocate(size.bytes);
-    }
+    memory = memory == NULL ? allocate(size.bytes) : memory;
     size_t offset, used;
     check(wis_product_prepare(sampler, light, &config, 1, point, memory, size.bytes, &offset, &used));
     if (strcmp(call, "prepare") == 0) {
         return (double)used;
     }
-    for (size_t i = 0; i < batch; i++) {
-        u[i][0] = uniform(state);
-        u[i][1] = uniform(state);
-    }
+    for (size_t i = 0; i < 2 * batch; i++) u[i / 2][i % 2] = uniform(state);
     const wis_product *product = (const wis_product *)(memory + offset);
     check(wis_sample(sampler, light, product, batch, u[0], 0, drawn, 0));
     if (strcmp(call, "pdf") == 0) {
@@ -151,47 +127,27 @@ static double product_call(wis_sampler *sampler, const wis_environment *light, c
 }
 
 int main(int count, char **argument) {
-    if (count != 7) {
-        fputs("usage: goals WIDTH lambert|ggx|mix CALLS FILE direct|prepare|sample|pdf BATCH\n", stderr);
-        return EXIT_FAILURE;
-    }
+    if (count != 7) fail("WIDTH lambert|ggx|mix CALLS FILE direct|prepare|sample|pdf BATCH");
     const uint32_t width = (uint32_t)atoi(argument[1]), calls = (uint32_t)atoi(argument[3]);
     const size_t batch = (size_t)atoi(argument[6]);
     const int is_direct = strcmp(argument[5], "direct") == 0;
-    if (batch < 1 || batch > MOST) {
-        return EXIT_FAILURE;
-    }
+    if (batch < 1 || batch > MOST) fail("a batch of 1 to 64");
     const int is_glossy = strcmp(argument[2], "ggx") == 0, is_mix = strcmp(argument[2], "mix") == 0;
     size_t bytes;
     const wis_environment *light = environment(width, argument[4], &bytes);
 
-    wis_sampler_config config = {0};
-    config.size = sizeof config;
-    config.rays = 1;
-    config.candidates_per_ray = is_glossy ? 32 : 16;
+    const wis_sampler_config config = {.size = sizeof config, .rays = 1, .candidates_per_ray = is_glossy ? 32 : 16};
     wis_memory_size size;
     wis_sampler *sampler;
     check(wis_sampler_size(&config, &size, NULL));
     void *memory = allocate(size.bytes);
     check(wis_sampler_init(&config, memory, size.bytes, &sampler, NULL));
 
-    wis_material material = {0};
-    material.size = sizeof material;
-    material.lobe_count = is_mix ? 2 : 1;
-    material.lobe[0].kind = is_glossy ? WIS_LOBE_GGX : WIS_LOBE_LAMBERT;
-    material.lobe[0].a = material.lobe[0].b = 0.2f;
-    material.lobe[1] = material.lobe[0];
-    material.lobe[1].kind = WIS_LOBE_GGX;
+    wis_material material = {.size = sizeof material, .lobe_count = is_mix ? 2 : 1,
+                             .lobe = {{is_glossy ? WIS_LOBE_GGX : WIS_LOBE_LAMBERT, 0.2f, 0.2f, 0}, {WIS_LOBE_GGX, 0.2f, 0.2f, 0}}};
     check(wis_material_init(&material, NULL));
-    wis_point point = {0};
-    point.size = sizeof point;
-    point.material = &material;
-    for (int k = 0; k < 3; k++) {
-        point.weight[0][k] = 0.8f;
-        point.f0[0][k] = 0.9f;
-        point.weight[1][k] = 1.0f;
-        point.f0[1][k] = 0.04f;
-    }
+    wis_point point = {.size = sizeof point, .material = &material, .weight = {{0.8f, 0.8f, 0.8f}, {1, 1, 1}},
+                       .f0 = {{0.9f, 0.9f, 0.9f}, {0.04f, 0.04f, 0.04f}}};
 
     fprintf(stderr, "environment %zx %zx\nsampler %zx %zx\n", (size_t)light, (size_t)light + bytes, (size_t)memory, (size_t)memory + size.bytes);
     double sum = 0.0;

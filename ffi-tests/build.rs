@@ -1,4 +1,4 @@
-//! Generates the bindings from the headers that clients read, compiles the README's loop, and links the library that they link.
+//! Generates the bindings from the headers that clients read, and links the library that they link.
 //!
 //! The shared library comes from WIS_LIB_DIR, or from the `build/lib` that `make lib` fills; programs find it there
 //! again at run time.
@@ -10,7 +10,6 @@ fn main() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     println!("cargo::rerun-if-changed=build.rs");
     bindings(&["wis.h", "wis_lights.h", "wis_wavelets.h"].map(|file| root.join("include").join(file)));
-    client_loop(&root);
     link(&root.join("build/lib"));
     // embree3-sys leaves the library out where the variable CI is set.
     println!("cargo::rustc-link-lib=dylib=embree3");
@@ -30,14 +29,6 @@ fn bindings(headers: &[PathBuf]) {
         .expect("bindings of the headers")
         .write_to_file(target)
         .expect("a writable OUT_DIR");
-}
-
-/// src/direct.c and the file that it includes.
-fn client_loop(root: &Path) {
-    let source = "src/direct.c";
-    println!("cargo::rerun-if-changed={source}");
-    println!("cargo::rerun-if-changed={}", root.join("c-examples/direct.h").display());
-    cc::Build::new().file(source).include(root.join("include")).std("c99").extra_warnings(true).compile("direct");
 }
 
 fn link(default: &Path) {

@@ -12,8 +12,7 @@ sources() {
         hardcases) find ffi-tests/src/bin/hardcases.rs ffi-tests/src/hardcases -name '*.md' -o -name '*.rs' ;;
         renderers) find ffi-tests/mitsuba ffi-tests/pictures.rs ffi-tests/rpt ffi-tests/threers python/wisdirect -name '*.py' -o -name '*.rs' -o -name requirements.txt ;;
         *)
-            echo c-examples/direct.h
-            find ffi-tests/src -name '*.c' -o -name '*.rs' -not -path '*/bin/*' -not -path '*/hardcases/*'
+            find ffi-tests/src -name '*.rs' -not -path '*/bin/*' -not -path '*/hardcases/*'
             find ffi-tests/src/bin -path "*/bin/$1.rs" -o -path "*/bin/$1/*" -o -path "*/bin/measure/$1/*" -o -path "*/bin/measure/*.rs" -not -path "*/measure/*/*" ;;
     esac
 }

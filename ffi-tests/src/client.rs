@@ -444,12 +444,6 @@ impl Tree {
     }
 }
 
-/// The numbers `first..` of the Owen-scrambled Sobol sequence of a seed.
-pub fn sobol(seed: u32, first: u32, points: &mut [[f32; 2]]) -> Result<()> {
-    // SAFETY: the slice holds that many points.
-    check(unsafe { raw::wis_points_sobol(seed, first, points.len(), points.as_mut_ptr().cast(), 0) })
-}
-
 /// The Hammersley set of as many points as there is room for, of the cells that the library's points have.
 pub fn hammersley(points: &mut [[f32; 2]]) {
     let count = points.len() as f64;

@@ -1,15 +1,69 @@
 //! The light in small tables and the calls that take a sampler: a Rust client of the C functions wis_environment_*,
-//! wis_product_*, wis_sample, wis_pdf, wis_invert and wis_direct.
+//! wis_product_*, wis_sample, wis_pdf, wis_invert and wis_direct, of the current version or of an earlier one.
 
 pub use crate::client::Map;
 use crate::client::{self, Block, Brdf, Density, Result, answered, brdf_batch, check, raw, sized, told};
 use std::cell::RefCell;
 use std::ffi::c_void;
 use std::ptr::{null, null_mut};
+use std::rc::Rc;
+
+type Void = *mut c_void;
+type Own = *mut raw::wis_sampler;
+type Tables = *const raw::wis_environment;
+type Product = *const raw::wis_product;
+type Told = *mut raw::wis_diagnostic;
+type Asked = *mut raw::wis_memory_size;
+pub type Direct =
+    unsafe extern "C" fn(Own, Tables, *const raw::wis_point, u32, *mut raw::wis_ray, *mut u32) -> raw::wis_status;
+
+macro_rules! version {
+    ($($name:ident: fn($($argument:ty),*);)*) => {
+        /// The functions of a version of the library whose structs are the current ones, but for the length of a point.
+        pub struct Version {
+            /// Bytes of a point.
+            pub point: usize,
+            pub wis_direct: Direct,
+            $($name: unsafe extern "C" fn($($argument),*) -> raw::wis_status,)*
+        }
+
+        /// The library that is linked.
+        pub static CURRENT: Version =
+            Version { point: size_of::<raw::wis_point>(), wis_direct: raw::wis_direct, $($name: raw::$name,)* };
+
+        impl Version {
+            /// # Safety
+            /// The functions of the library have these types, and it stays loaded.
+            pub unsafe fn load(
+                library: &libloading::os::unix::Library,
+                point: usize,
+                wis_direct: Direct,
+            ) -> std::result::Result<Version, libloading::Error> {
+                // SAFETY: the caller's contract.
+                Ok(Version { point, wis_direct, $($name: unsafe { *library.get(stringify!($name).as_bytes())? },)* })
+            }
+        }
+    };
+}
+
+version! {
+    wis_environment_size: fn(*const raw::wis_environment_config, Asked, Told);
+    wis_environment_init: fn(*const raw::wis_environment_config, Void, usize, Void, usize, *mut Tables, Told);
+    wis_environment_describe: fn(Tables, *mut raw::wis_environment_info);
+    wis_sampler_size: fn(*const raw::wis_sampler_config, Asked, Told);
+    wis_sampler_init: fn(*const raw::wis_sampler_config, Void, usize, *mut Own, Told);
+    wis_sampler_begin_pixel: fn(Own);
+    wis_material_init: fn(*mut raw::wis_material, Told);
+    wis_product_size: fn(*const raw::wis_product_config, Asked, Told);
+    wis_product_prepare: fn(Own, Tables, *const raw::wis_product_config, usize, *const raw::wis_point, Void, usize, *mut usize, *mut usize);
+    wis_sample: fn(Own, Tables, Product, usize, *const f32, usize, *mut raw::wis_drawn, usize);
+    wis_pdf: fn(Own, Tables, Product, usize, *const f32, usize, *mut f32, usize);
+}
 
 /// An environment and its memory.
 #[derive(Clone)]
 pub struct Environment {
+    version: &'static Version,
     memory: Block,
     /// What was built.
     pub info: raw::wis_environment_info,
@@ -30,27 +84,40 @@ impl Environment {
     /// # Errors
     /// Those of the library.
     pub fn new(map: &Map) -> Result<Environment> {
-        let size = Environment::size(map)?;
-        Environment::new_in(map, Block::new(size.bytes), &mut Block::new(size.scratch_bytes))
+        Environment::by(&CURRENT, map)
+    }
+
+    /// Builds a map by a version.
+    ///
+    /// # Errors
+    /// Those of the library.
+    pub fn by(version: &'static Version, map: &Map) -> Result<Environment> {
+        // SAFETY: every pointer is to a live local.
+        let size = client::size(|size, told| unsafe { (version.wis_environment_size)(&map.config(), size, told) })?;
+        Environment::built(version, map, Block::new(size.bytes), &mut Block::new(size.scratch_bytes))
     }
 
     /// Builds a map in memory that is there.
     ///
     /// # Errors
     /// Those of the library.
-    pub fn new_in(map: &Map, mut memory: Block, scratch: &mut Block) -> Result<Environment> {
+    pub fn new_in(map: &Map, memory: Block, scratch: &mut Block) -> Result<Environment> {
+        Environment::built(&CURRENT, map, memory, scratch)
+    }
+
+    fn built(version: &'static Version, map: &Map, mut memory: Block, scratch: &mut Block) -> Result<Environment> {
         let (config, mut handle) = (map.config(), null());
         // SAFETY: the blocks are as long as they say, and the texels live as long as the map.
         told(|diagnostic| unsafe {
             let (place, bytes) = (memory.start_mut(), memory.bytes());
             let (work, room) = (scratch.start_mut(), scratch.bytes());
-            raw::wis_environment_init(&config, place, bytes, work, room, &mut handle, diagnostic)
+            (version.wis_environment_init)(&config, place, bytes, work, room, &mut handle, diagnostic)
         })?;
         let info = sized!(wis_environment_info {});
         // SAFETY: the handle is that of a finished environment.
-        let info = answered(info, |info| unsafe { raw::wis_environment_describe(handle, info) })?;
+        let info = answered(info, |info| unsafe { (version.wis_environment_describe)(handle, info) })?;
         memory.shorten(info.bytes as usize);
-        Ok(Environment { memory, info })
+        Ok(Environment { version, memory, info })
     }
 
     /// What was built.
@@ -65,37 +132,9 @@ impl Environment {
     }
 }
 
-/// Where the loop in C hands over each ray.
-#[repr(C)]
-struct Reflected {
-    add: unsafe extern "C" fn(*mut c_void, *const f32, f32),
-    client: *mut c_void,
-}
-
-unsafe extern "C" {
-    /// `direct_light` of c-examples/direct.h, as direct.c compiles it.
-    fn harness_direct_light(
-        sampler: *mut raw::wis_sampler,
-        environment: *const raw::wis_environment,
-        point: *const raw::wis_point,
-        rays: u32,
-        ray: *mut raw::wis_ray,
-        sum: *mut Reflected,
-    ) -> raw::wis_status;
-}
-
-/// What the loop calls for a function of Rust. A panic in it ends the program.
-///
-/// # Safety
-/// `client` is the address of an `F` that is alive and not in use; `wi` has three elements.
-unsafe extern "C" fn add_ray<F: FnMut([f32; 3], f32)>(client: *mut c_void, wi: *const f32, weight: f32) {
-    // SAFETY: direct_light names the type and gives the address of its own function; the loop gives a ray that was written.
-    let (add, wi) = unsafe { (&mut *client.cast::<F>(), *wi.cast::<[f32; 3]>()) };
-    add(wi, weight);
-}
-
 /// One thread's sampler and its memory.
 pub struct Sampler {
+    version: &'static Version,
     memory: Block,
 }
 
@@ -105,20 +144,28 @@ impl Sampler {
     /// # Errors
     /// Those of the library.
     pub fn new(rays: usize, candidates_per_ray: usize, hits_per_pixel: usize) -> Result<Sampler> {
-        let [rays, candidates_per_ray, hits_per_pixel] = [rays, candidates_per_ray, hits_per_pixel].map(|n| n as u32);
+        Sampler::by(&CURRENT, rays, candidates_per_ray, hits_per_pixel)
+    }
+
+    /// The same by a version.
+    ///
+    /// # Errors
+    /// Those of the library.
+    pub fn by(version: &'static Version, rays: usize, candidates: usize, hits: usize) -> Result<Sampler> {
+        let [rays, candidates_per_ray, hits_per_pixel] = [rays, candidates, hits].map(|n| n as u32);
         let config = sized!(wis_sampler_config { rays, candidates_per_ray, hits_per_pixel });
         let mut handle = null_mut();
         // SAFETY: every pointer is to a live local, and the block is as long as it says.
         let memory = client::built(
-            |size, diagnostic| unsafe { raw::wis_sampler_size(&config, size, diagnostic) },
+            |size, diagnostic| unsafe { (version.wis_sampler_size)(&config, size, diagnostic) },
             |place, bytes, _, _, diagnostic| unsafe {
-                raw::wis_sampler_init(&config, place, bytes, &mut handle, diagnostic)
+                (version.wis_sampler_init)(&config, place, bytes, &mut handle, diagnostic)
             },
         )?;
-        Ok(Sampler { memory })
+        Ok(Sampler { version, memory })
     }
 
-    fn handle(&mut self) -> *mut raw::wis_sampler {
+    fn handle(&mut self) -> Own {
         self.memory.start_mut().cast()
     }
 
@@ -128,32 +175,10 @@ impl Sampler {
     /// Those of the library.
     pub fn begin_pixel(&mut self) -> Result<()> {
         // SAFETY: the handle is alive.
-        check(unsafe { raw::wis_sampler_begin_pixel(self.handle()) })
+        check(unsafe { (self.version.wis_sampler_begin_pixel)(self.handle()) })
     }
 
-    /// The README's loop: writes the rays to trace at a point and adds each with its weight. Candidates are weighed by the
-    /// `target` if there is one.
-    ///
-    /// # Errors
-    /// Those of the library.
-    pub fn direct_light<F: FnMut([f32; 3], f32)>(
-        &mut self,
-        environment: &Environment,
-        point: &raw::wis_point,
-        mut target: Option<Brdf>,
-        ray: &mut [raw::wis_ray],
-        mut add: F,
-    ) -> Result<()> {
-        let point = aimed(point, &mut target);
-        let mut sum = Reflected { add: add_ray::<F>, client: std::ptr::from_mut(&mut add).cast() };
-        // SAFETY: handles, material, BRDF and `add` are alive, and there is room for each ray.
-        check(unsafe {
-            let (rays, out) = (ray.len() as u32, ray.as_mut_ptr());
-            harness_direct_light(self.handle(), environment.handle(), &point, rays, out, &mut sum)
-        })
-    }
-
-    /// [`Sampler::direct_light`] for the rays alone: answers how many there are.
+    /// Writes the rays to trace at a point and answers how many there are. Candidates are weighed by the `target` if there is one.
     ///
     /// # Errors
     /// Those of the library.
@@ -161,14 +186,15 @@ impl Sampler {
         &mut self,
         environment: &Environment,
         point: &raw::wis_point,
+        target: Option<Brdf>,
         ray: &mut [raw::wis_ray],
     ) -> Result<usize> {
         let mut count = 0;
-        self.direct_light(environment, point, None, ray, |_, _| count += 1)?;
-        Ok(count)
+        self.direct_into(environment, point, target, ray, &mut count)?;
+        Ok(count as usize)
     }
 
-    /// [`Sampler::direct_by`], or [`Sampler::direct`] without a BRDF, for a look at what a call that fails writes.
+    /// The same for a look at what a call that fails writes.
     ///
     /// # Errors
     /// Those of the library.
@@ -176,35 +202,21 @@ impl Sampler {
         &mut self,
         environment: &Environment,
         point: &raw::wis_point,
-        mut brdf: Option<Brdf>,
+        mut target: Option<Brdf>,
         ray: &mut [raw::wis_ray],
         count: &mut u32,
     ) -> Result<()> {
-        let point = aimed(point, &mut brdf);
+        let mut point = raw::wis_point { size: self.version.point as u32, ..*point };
+        if let Some(brdf) = &mut target {
+            point.target = Some(brdf_batch);
+            point.target_user = std::ptr::from_mut(brdf).cast();
+        }
+        let (own, rays, out) = (self.handle(), ray.len() as u32, ray.as_mut_ptr());
         // SAFETY: handles, point, BRDF and material are alive, and there is room for the rays.
-        check(unsafe {
-            let (rays, out) = (ray.len() as u32, ray.as_mut_ptr());
-            raw::wis_direct(self.handle(), environment.handle(), &point, rays, out, count)
-        })
+        check(unsafe { (self.version.wis_direct)(own, environment.handle(), &point, rays, out, count) })
     }
 
-    /// [`Sampler::direct`] with candidates that are weighed by a BRDF of the caller's own.
-    ///
-    /// # Errors
-    /// Those of the library.
-    pub fn direct_by(
-        &mut self,
-        environment: &Environment,
-        point: &raw::wis_point,
-        brdf: Brdf,
-        ray: &mut [raw::wis_ray],
-    ) -> Result<usize> {
-        let mut count = 0;
-        self.direct_light(environment, point, Some(brdf), ray, |_, _| count += 1)?;
-        Ok(count)
-    }
-
-    /// Prepares products at points, in memory that grows as it must; writes where each begins and answers the bytes of all.
+    /// Prepares the product at a point, in memory that grows as it must.
     ///
     /// # Errors
     /// Those of the library.
@@ -212,29 +224,18 @@ impl Sampler {
         &mut self,
         environment: &Environment,
         config: &raw::wis_product_config,
-        points: &[raw::wis_point],
+        point: &raw::wis_point,
         memory: &mut Block,
-        offset: &mut [usize],
-    ) -> Result<usize> {
-        assert!(offset.len() == points.len());
-        let most = points.len() * product_bytes(config)?;
-        memory.grow(most);
-        let (mut used, count) = (0, points.len());
-        // SAFETY: handles, points and materials are alive, and there is room for as many products.
+    ) -> Result<()> {
+        let (version, own, mut offset, mut used) = (self.version, self.handle(), 0, 0);
+        memory.grow(product_bytes(version, config)?);
+        let point = raw::wis_point { size: version.point as u32, ..*point };
+        let (light, place, bytes) = (environment.handle(), memory.start_mut(), memory.bytes());
+        // SAFETY: handles, point and material are alive, and there is room for a product.
         check(unsafe {
-            let (environment, point, offset) = (environment.handle(), points.as_ptr(), offset.as_mut_ptr());
-            let (memory, bytes) = (memory.start_mut(), memory.bytes());
-            let own = self.handle();
-            raw::wis_product_prepare(own, environment, config, count, point, memory, bytes, offset, &mut used)
-        })?;
-        Ok(used)
+            (version.wis_product_prepare)(own, light, config, 1, &point, place, bytes, &mut offset, &mut used)
+        })
     }
-}
-
-/// A point whose target is a BRDF, if there is one.
-fn aimed(point: &raw::wis_point, target: &mut Option<Brdf>) -> raw::wis_point {
-    let Some(brdf) = target else { return *point };
-    raw::wis_point { target: Some(brdf_batch), target_user: std::ptr::from_mut(brdf).cast(), ..*point }
 }
 
 /// How products are prepared by default.
@@ -246,21 +247,26 @@ pub fn product_config() -> raw::wis_product_config {
 ///
 /// # Errors
 /// Those of the library.
-pub fn product_bytes(config: &raw::wis_product_config) -> Result<usize> {
+pub fn product_bytes(version: &Version, config: &raw::wis_product_config) -> Result<usize> {
     // SAFETY: the pointers are to live values.
-    Ok(client::size(|size, diagnostic| unsafe { raw::wis_product_size(config, size, diagnostic) })?.bytes)
+    Ok(client::size(|size, diagnostic| unsafe { (version.wis_product_size)(config, size, diagnostic) })?.bytes)
 }
 
 /// The light of an environment, or its product with the BRDF at a point, as a density, with the sampler of a thread.
 pub struct Light<'a> {
     environment: &'a Environment,
-    sampler: &'a RefCell<Sampler>,
-    product: *const raw::wis_product,
+    sampler: Rc<RefCell<Sampler>>,
+    product: Product,
 }
 
 impl<'a> Light<'a> {
-    pub fn new(environment: &'a Environment, sampler: &'a RefCell<Sampler>) -> Light<'a> {
-        Light { environment, sampler, product: null() }
+    /// The light, with a sampler of its own.
+    ///
+    /// # Errors
+    /// Those of the library.
+    pub fn new(environment: &'a Environment) -> Result<Light<'a>> {
+        let sampler = Rc::new(RefCell::new(Sampler::by(environment.version, 1, 0, 0)?));
+        Ok(Light { environment, sampler, product: null() })
     }
 
     /// The product at a point, in memory that grows as it must.
@@ -269,19 +275,18 @@ impl<'a> Light<'a> {
     /// Those of the library.
     pub fn product(
         environment: &'a Environment,
-        sampler: &'a RefCell<Sampler>,
+        sampler: &Rc<RefCell<Sampler>>,
         point: &raw::wis_point,
         memory: &'a mut Block,
     ) -> Result<Light<'a>> {
-        let points = std::slice::from_ref(point);
-        sampler.borrow_mut().prepare(environment, &product_config(), points, memory, &mut [0])?;
+        sampler.borrow_mut().prepare(environment, &product_config(), point, memory)?;
         Ok(Light::prepared(environment, sampler, memory))
     }
 
     /// A product that stands in memory already.
-    pub fn prepared(environment: &'a Environment, sampler: &'a RefCell<Sampler>, memory: &'a Block) -> Light<'a> {
+    pub fn prepared(environment: &'a Environment, sampler: &Rc<RefCell<Sampler>>, memory: &'a Block) -> Light<'a> {
         assert!(memory.bytes() > 0);
-        Light { environment, sampler, product: memory.start().cast() }
+        Light { environment, sampler: sampler.clone(), product: memory.start().cast() }
     }
 
     /// Whether a product serves another point well.
@@ -314,7 +319,16 @@ impl Light<'_> {
         // SAFETY: both handles are alive, and the arrays are of one length.
         check(unsafe {
             let (environment, numbers) = (self.environment.handle(), u.as_ptr().cast());
-            raw::wis_sample(sampler.handle(), environment, self.product, u.len(), numbers, 0, drawn.as_mut_ptr(), 0)
+            (self.environment.version.wis_sample)(
+                sampler.handle(),
+                environment,
+                self.product,
+                u.len(),
+                numbers,
+                0,
+                drawn.as_mut_ptr(),
+                0,
+            )
         })
     }
 }
@@ -346,7 +360,16 @@ impl Density for Light<'_> {
         // SAFETY: both handles are alive, and the arrays are of one length.
         check(unsafe {
             let (environment, directions) = (self.environment.handle(), wi.as_ptr().cast());
-            raw::wis_pdf(sampler.handle(), environment, self.product, wi.len(), directions, 0, pdf.as_mut_ptr(), 0)
+            (self.environment.version.wis_pdf)(
+                sampler.handle(),
+                environment,
+                self.product,
+                wi.len(),
+                directions,
+                0,
+                pdf.as_mut_ptr(),
+                0,
+            )
         })
     }
 
@@ -366,9 +389,17 @@ impl Density for Light<'_> {
 /// # Errors
 /// Those of the library.
 pub fn material(lobes: &[raw::wis_lobe]) -> Result<raw::wis_material> {
+    material_by(&CURRENT, lobes)
+}
+
+/// The same by a version.
+///
+/// # Errors
+/// Those of the library.
+pub fn material_by(version: &'static Version, lobes: &[raw::wis_lobe]) -> Result<raw::wis_material> {
     let mut material = sized!(wis_material { lobe_count: lobes.len() as u32 });
     material.lobe[..lobes.len()].copy_from_slice(lobes);
     // SAFETY: both pointers are to live locals.
-    told(|diagnostic| unsafe { raw::wis_material_init(&mut material, diagnostic) })?;
+    told(|diagnostic| unsafe { (version.wis_material_init)(&mut material, diagnostic) })?;
     Ok(material)
 }

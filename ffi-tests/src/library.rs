@@ -10,6 +10,7 @@ use crate::peers::halves;
 use crate::scene::ShadingPoint;
 use crate::setting::{Sampler, Setting};
 use std::cell::RefCell;
+use std::rc::Rc;
 use wide::CmpGt;
 
 /// A way to use the library.
@@ -80,12 +81,13 @@ impl Mode {
 
 /// What a thread keeps for the library between points.
 pub struct Library {
-    sampler: RefCell<environment::Sampler>,
+    sampler: Rc<RefCell<environment::Sampler>>,
     shares: environment::Sampler,
     few: environment::Sampler,
     material: raw::wis_material,
     product: Block,
-    earlier: Option<earlier::Sampler>,
+    /// Of version 0.2, with its material.
+    earlier: Option<(environment::Sampler, raw::wis_material)>,
     rays: Vec<raw::wis_ray>,
 }
 
@@ -98,12 +100,16 @@ impl Library {
     /// # Errors
     /// Those of the library.
     pub fn new(setting: &Setting, hits: usize) -> client::Result<Library> {
-        let sampler = RefCell::new(environment::Sampler::new(RAYS, 0, 0)?);
+        let sampler = Rc::new(RefCell::new(environment::Sampler::new(RAYS, 0, 0)?));
         let shares = environment::Sampler::new(RAYS, 0, hits)?;
         let few = environment::Sampler::new(RAYS, FEW, 0)?;
         let (product, rays, lobes) = (Block::new(0), Vec::new(), setting.material.lobes());
         let material = environment::material(&lobes)?;
-        let earlier = earlier::Sampler::new(RAYS, 0, hits, &lobes)?;
+        let earlier = earlier::version().map(|version| {
+            let own = environment::Sampler::by(version, RAYS, 0, hits)?;
+            client::Result::Ok((own, environment::material_by(version, &lobes)?))
+        });
+        let earlier = earlier.transpose()?;
         Ok(Library { sampler, shares, few, material, product, earlier, rays })
     }
 
@@ -123,59 +129,55 @@ impl Library {
         let mut at = setting.material.point(point, material);
         let mut portals = [raw::wis_portal::default(); raw::WIS_MAX_PORTALS as usize];
         match mode {
-            Mode::Direct | Mode::Shared | Mode::Target | Mode::Portals | Mode::Complete | Mode::Few | Mode::Split => {
-                // A repeat has another seed, as another pixel has.
-                (at.seed, at.sample) = (client::pixel_seed(point.pixel, pass), point.hit);
-                let own = match mode {
-                    Mode::Shared => shares,
-                    Mode::Few => few,
-                    _ => own.get_mut(),
-                };
-                if point.hit == 0 {
-                    own.begin_pixel()?;
-                }
-                if let (Mode::Portals | Mode::Complete, Some(room)) = (mode, setting.room) {
-                    portals.iter_mut().zip(&room.portals).for_each(|(to, portal)| *to = portal.at(point.origin));
-                    (at.portals, at.portal_count) = (portals.as_ptr(), room.portals.len() as u32);
-                    at.flags |= if mode == Mode::Complete { raw::WIS_POINT_PORTALS_COMPLETE } else { 0 };
-                }
-                let [n, scattered] = if mode == Mode::Split { halves(n) } else { [n, 0] };
-                at.flags |= if mode == Mode::Split { raw::WIS_POINT_COMPENSATED } else { 0 };
-                rays.resize(n, Default::default());
-                let mut weigh = |wi: &[[f32; 3]], f_cos: &mut [f32]| {
-                    setting.cost.evaluate(wi.len());
-                    bsdf.values(wi, f_cos);
-                    true
-                };
-                let target: Option<Brdf> = if mode == Mode::Target { Some(&mut weigh) } else { None };
-                // BRDF and radiance are evaluated for the rays alone, after the loop: eight side by side.
-                let add = |wi, weight: f32| sampler.batch.push_drawn(wi, 1.0 / weight);
-                own.direct_light(setting.tables, &at, target, rays, add)?;
-                if mode == Mode::Split {
-                    sampler.split(setting, bsdf, scattered);
-                } else {
-                    sampler.weighted(setting, bsdf);
-                }
-                Ok(())
-            }
-            Mode::Earlier => {
-                (at.seed, at.sample) = (client::pixel_seed(point.pixel, pass), point.hit);
-                let (own, light) = earlier.as_mut().zip(setting.earlier).expect("a mode that is there");
-                for ray in own.direct(light, &at, n)? {
-                    sampler.batch.push_drawn(ray.wi, 1.0 / ray.weight);
-                }
-                sampler.weighted(setting, bsdf);
-                Ok(())
-            }
             Mode::Product => {
                 let density = Light::product(setting.tables, own, &at, product)?;
-                sampler.density(&density, setting, bsdf, n)
+                return sampler.density(&density, setting, bsdf, n);
             }
             Mode::ProductMis => {
                 let density = Light::product(setting.tables, own, &at, product)?;
-                sampler.density_mis(&density, setting, bsdf, guarded(n), false)
+                return sampler.density_mis(&density, setting, bsdf, guarded(n), false);
             }
+            _ => (),
         }
+        // A repeat has another seed, as another pixel has.
+        (at.seed, at.sample) = (client::pixel_seed(point.pixel, pass), point.hit);
+        let (mut alone, mut tables) = (own.borrow_mut(), setting.tables);
+        let own = match mode {
+            Mode::Shared => shares,
+            Mode::Few => few,
+            Mode::Earlier => {
+                let (own, material) = earlier.as_mut().expect("a mode that is there");
+                (at.material, tables) = (material, setting.earlier.expect("a light that is there"));
+                own
+            }
+            _ => &mut *alone,
+        };
+        if point.hit == 0 {
+            own.begin_pixel()?;
+        }
+        if let (Mode::Portals | Mode::Complete, Some(room)) = (mode, setting.room) {
+            portals.iter_mut().zip(&room.portals).for_each(|(to, portal)| *to = portal.at(point.origin));
+            (at.portals, at.portal_count) = (portals.as_ptr(), room.portals.len() as u32);
+            at.flags |= if mode == Mode::Complete { raw::WIS_POINT_PORTALS_COMPLETE } else { 0 };
+        }
+        let [n, scattered] = if mode == Mode::Split { halves(n) } else { [n, 0] };
+        at.flags |= if mode == Mode::Split { raw::WIS_POINT_COMPENSATED } else { 0 };
+        rays.resize(n, Default::default());
+        let mut weigh = |wi: &[[f32; 3]], f_cos: &mut [f32]| {
+            setting.cost.evaluate(wi.len());
+            bsdf.values(wi, f_cos);
+            true
+        };
+        let target: Option<Brdf> = if mode == Mode::Target { Some(&mut weigh) } else { None };
+        let count = own.direct(tables, &at, target, rays)?;
+        // BRDF and radiance are evaluated for the rays alone, after the call: eight side by side.
+        rays[..count].iter().for_each(|ray| sampler.batch.push_drawn(ray.wi, 1.0 / ray.weight));
+        if mode == Mode::Split {
+            sampler.split(setting, bsdf, scattered);
+        } else {
+            sampler.weighted(setting, bsdf);
+        }
+        Ok(())
     }
 }
 

@@ -486,8 +486,7 @@ mod tests {
 
     /// The logarithms of two lights in all directions: their mean difference, without what a slight turn would move much.
     fn difference([a, b]: [&Light; 2]) -> f64 {
-        let mut u = vec![[0.0; 2]; 1 << 14];
-        crate::client::sobol(3, 0, &mut u).unwrap();
+        let u = crate::points::of(3, 1 << 14);
         let log = |light: &Light, u: &[f32; 2]| f64::from(light.radiance(octahedral_direction(u[0], u[1])) + 1e-3).ln();
         u.iter().map(|u| (log(a, u) - log(b, u)).abs()).sum::<f64>() / u.len() as f64
     }
@@ -535,10 +534,8 @@ mod tests {
         for light in [Light::sun(64), Light::windows(64), Light::cube("cube", 8, cut_cross(8, &texels))] {
             let environment = light.tables(0, 0.0).unwrap();
             let power = environment.info.power;
-            let sampler = std::cell::RefCell::new(environment::Sampler::new(1, 0, 0).unwrap());
-            let density = environment::Light::new(&environment, &sampler);
-            let mut u = vec![[0.0; 2]; 1 << 14];
-            crate::client::sobol(3, 0, &mut u).unwrap();
+            let density = environment::Light::new(&environment).unwrap();
+            let u = crate::points::of(3, 1 << 14);
             let sum: f64 = u
                 .iter()
                 .map(|&u| {

@@ -305,8 +305,7 @@ mod tests {
     fn the_pdf_integrates_to_what_lies_above_the_horizon() {
         for material in [Material::lambert(), Material::ggx(0.5), Material::mix(0.2)] {
             let bsdf = Bsdf::new(&material, &point());
-            let mut u = vec![[0.0; 2]; 1 << 18];
-            client::sobol(7, 0, &mut u).unwrap();
+            let u = crate::points::of(7, 1 << 18);
             let uniform = |u: [f32; 2]| {
                 let (z, phi) = (1.0 - 2.0 * u[0], std::f32::consts::TAU * u[1]);
                 let r = (1.0 - z * z).max(0.0).sqrt();

@@ -12,12 +12,13 @@ use crate::reference::Reference;
 use crate::scene::Scene;
 use crate::setting::{Setting, shadowed_and_not};
 use crate::statistics::mean_and_error;
+use crate::threads::on_threads;
 use crate::timing::{Times, time};
 use anyhow::Result;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
-use std::ops::Range;
+use std::rc::Rc;
 
 /// Groups of pixels by the visible part v of their light; `ALL` are all of them.
 pub const REGIONS: [&str; 4] = ["all", "lit", "penumbra", "umbra"];
@@ -134,18 +135,10 @@ pub fn rows(
             continue;
         }
         for &count in &effort.counts {
-            let of = |passes: Range<u32>| -> client::Result<Vec<Repeat>> {
-                passes.map(|pass| repeat(scene, setting, truth, method, pass, count)).collect()
-            };
-            // Repeats are independent: two threads share them. Times are taken afterwards, by one.
-            let half = effort.repeats / 2;
-            let repeats = std::thread::scope(|threads| {
-                let first = threads.spawn(|| of(0..half));
-                let second = of(half..effort.repeats)?;
-                let mut repeats = first.join().expect("a thread that does not panic")?;
-                repeats.extend(second);
-                client::Result::Ok(repeats)
-            })?;
+            // Repeats are independent: threads share them. Times are taken afterwards, by one.
+            let passes: Vec<u32> = (0..effort.repeats).collect();
+            let of = |pass: &u32| Ok(repeat(scene, setting, truth, method, *pass, count)?);
+            let repeats = on_threads(&passes, of)?;
             let times = time(scene, setting, method, count, effort.timed, effort.caches)?;
             rows.push(Row { method: method.name(), count, times, repeats });
         }
@@ -257,7 +250,7 @@ fn limit(scene: &Scene, setting: &Setting, truth: &Truth, method: Method, effort
 /// to either, as rounding has it, and may belong to one for the light and to the other for the library.
 fn max_weight(scene: &Scene, setting: &Setting) -> client::Result<f64> {
     const SIDE: usize = 383;
-    let sampler = RefCell::new(environment::Sampler::new(1, 0, 1)?);
+    let sampler = Rc::new(RefCell::new(environment::Sampler::new(1, 0, 1)?));
     let (material, mut memory) = (environment::material(&setting.material.lobes())?, Block::new(0));
     let at = |c: usize| (c as f32 + 0.382) / SIDE as f32;
     let grid: Vec<Vec3> = (0..SIDE * SIDE).map(|i| octahedral_direction(at(i % SIDE), at(i / SIDE))).collect();
@@ -291,7 +284,7 @@ fn candidates(scene: &Scene, setting: &Setting, rays: usize) -> client::Result<f
             bsdf.values(wi, f_cos);
             true
         };
-        sampler.direct_by(setting.tables, &at, &mut target, &mut ray)?;
+        sampler.direct(setting.tables, &at, Some(&mut target), &mut ray)?;
         points += 1;
     }
     Ok(weighed as f64 / (points * rays) as f64)

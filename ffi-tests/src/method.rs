@@ -59,7 +59,7 @@ impl Method {
     pub fn all() -> impl Iterator<Item = Method> {
         let limits = [Limit::Sampled, Limit::Pooled].into_iter().map(Method::Limit);
         let peers = EXTENDED.each.iter().chain(&PORTALS).copied().map(Method::Peer);
-        let modes = Mode::ALL.into_iter().filter(|mode| *mode != Mode::Earlier || earlier::is_there());
+        let modes = Mode::ALL.into_iter().filter(|mode| *mode != Mode::Earlier || earlier::version().is_some());
         peers.chain(modes.map(Method::Library)).chain(limits)
     }
 

@@ -124,8 +124,7 @@ mod tests {
     fn samples_meet_their_pdf() {
         for light in [Light::windows(64), Light::windows(64).bilinear()] {
             let table = Piecewise::new(&light);
-            let mut u = vec![[0.0; 2]; 1 << 14];
-            client::sobol(3, 0, &mut u).unwrap();
+            let u = crate::points::of(3, 1 << 14);
             let (mut sum, mut off) = (0.0, 0);
             for u in &u {
                 let drawn = table.sample(*u).unwrap();

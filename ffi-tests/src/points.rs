@@ -18,6 +18,13 @@ pub fn sobol(seed: u32, first: u32, points: &mut [[f32; 2]]) {
     }
 }
 
+/// The first so many of a seed.
+pub fn of(seed: u32, count: usize) -> Vec<[f32; 2]> {
+    let mut points = vec![[0.0; 2]; count];
+    sobol(seed, 0, &mut points);
+    points
+}
+
 #[inline]
 fn reversed(bits: u32x8) -> u32x8 {
     let swap = |bits: u32x8, by: u32, mask: u32| {
@@ -56,14 +63,15 @@ fn centred(fraction: u32x8) -> [f32; LANES] {
 
 #[cfg(test)]
 mod tests {
-    use crate::client;
+    use crate::client::{check, raw};
 
     #[test]
     fn the_library_answers_the_same_points() {
         let (mut ours, mut theirs) = ([[0.0; 2]; 77], [[0.0; 2]; 77]);
         for (seed, first) in [(1, 0), (0xdead_beef, 5), (7, u32::MAX - 76)] {
             super::sobol(seed, first, &mut ours);
-            client::sobol(seed, first, &mut theirs).unwrap();
+            // SAFETY: the array holds that many points.
+            check(unsafe { raw::wis_points_sobol(seed, first, theirs.len(), theirs.as_mut_ptr().cast(), 0) }).unwrap();
             assert_eq!(ours, theirs);
         }
     }

@@ -329,8 +329,7 @@ mod tests {
         ];
         let light = Light::room(64);
         let room = Room::new(&portals, true, &light).unwrap();
-        let mut u = vec![[0.0; 2]; 1 << 16];
-        crate::client::sobol(3, 0, &mut u).unwrap();
+        let u = crate::points::of(3, 1 << 16);
         let check = |density: &dyn Density| {
             let (mut wi, mut pdf) = (vec![[0.0; 3]; u.len()], vec![0.0; u.len()]);
             density.sample_n(&u, &mut wi, &mut pdf).unwrap();

@@ -230,7 +230,6 @@ fn theta_to_unit(theta: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::client;
     use crate::lanes::LANES;
     use glam::dvec3;
     use wide::CmpGt;
@@ -253,8 +252,7 @@ mod tests {
 
     /// Points of the unit square, eight by eight.
     fn points(count: usize) -> Vec<[F8; 2]> {
-        let mut u = vec![[0.0; 2]; count];
-        client::sobol(3, 0, &mut u).unwrap();
+        let u = crate::points::of(3, count);
         let lanes = |eight: &[[f32; 2]]| [0, 1].map(|k| F8::new(std::array::from_fn(|i| eight[i][k])));
         u.chunks_exact(LANES).map(lanes).collect()
     }

@@ -302,8 +302,7 @@ impl Camera {
 
     /// What is seen through random places of a pixel.
     fn hits_within(&self, surface: &Surface, pixel: [u32; 2], hits: usize) -> Vec<ShadingPoint> {
-        let mut places = vec![[0.0; 2]; hits];
-        points::sobol(client::pixel_seed(pixel, u32::MAX), 0, &mut places);
+        let places = points::of(client::pixel_seed(pixel, u32::MAX), hits);
         (0..).zip(places).filter_map(|(hit, place)| self.hit(surface, pixel, hit, place)).collect()
     }
 
@@ -343,9 +342,8 @@ mod tests {
     #[test]
     fn a_room_is_dark_but_for_its_window() {
         let scene = Scene::room(Mesh::sphere(Vec3::new(0.0, 0.0, 0.4), 0.4, 24), View::Points(200)).unwrap();
-        let mut u = [[0.0; 2]; 64];
-        points::sobol(1, 0, &mut u);
-        let directions = u.map(|u| crate::light::octahedral_direction(u[0], u[1]));
+        let direction = |u: [f32; 2]| crate::light::octahedral_direction(u[0], u[1]);
+        let directions: Vec<Vec3> = points::of(1, 64).into_iter().map(direction).collect();
         let (mut seen, mut through) = (0, 0);
         for (point, wi) in scene.points.iter().flat_map(|p| directions.iter().map(move |wi| (p, *wi))) {
             if scene.visible(point, wi) {
@@ -354,6 +352,6 @@ mod tests {
                 through += usize::from(wi.x > 0.0 && at.y.abs() < 0.81 && (0.69..1.81).contains(&at.z));
             }
         }
-        assert!(seen > 0 && seen == through && seen * 8 < scene.points.len() * u.len(), "{seen} {through}");
+        assert!(seen > 0 && seen == through && seen * 8 < scene.points.len() * directions.len(), "{seen} {through}");
     }
 }

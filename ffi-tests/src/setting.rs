@@ -6,7 +6,7 @@ use crate::client;
 use crate::cost::Cost;
 use crate::dense::Grid;
 use crate::earlier;
-use crate::environment;
+use crate::environment::Environment;
 use crate::light::Light;
 use crate::material::{Bsdf, Material};
 use crate::pool::{Curve, Pick};
@@ -20,9 +20,9 @@ use glam::Vec3;
 pub struct Lit<'a> {
     pub light: &'a Light,
     /// The light in small tables.
-    pub tables: environment::Environment,
+    pub tables: Environment,
     /// As version 0.2 builds it, if that is there.
-    pub earlier: Option<earlier::Environment>,
+    pub earlier: Option<Environment>,
     pub plain: Texels,
     pub compensated: Texels,
     pub strata: Stratified,
@@ -35,7 +35,8 @@ impl<'a> Lit<'a> {
     pub fn new(light: &'a Light) -> client::Result<Lit<'a>> {
         let (plain, compensated) = (Texels::plain(light), Texels::compensated(light));
         let strata = Stratified::new(light)?;
-        let (tables, earlier) = (light.tables(0, 0.0)?, light.mapped(0, 0.0, earlier::Environment::new)?);
+        let earlier = earlier::version().map(|version| light.mapped(0, 0.0, |map| Environment::by(version, map)));
+        let (tables, earlier) = (light.tables(0, 0.0)?, earlier.transpose()?);
         Ok(Lit { light, tables, earlier, plain, compensated, strata, grid: Grid::new(light) })
     }
 }
@@ -44,8 +45,8 @@ impl<'a> Lit<'a> {
 #[derive(Clone, Copy)]
 pub struct Setting<'a> {
     pub light: &'a Light,
-    pub tables: &'a environment::Environment,
-    pub earlier: Option<&'a earlier::Environment>,
+    pub tables: &'a Environment,
+    pub earlier: Option<&'a Environment>,
     pub material: &'a Material,
     pub plain: &'a Texels,
     pub compensated: &'a Texels,

@@ -132,8 +132,7 @@ mod tests {
     fn scattered_measurements_are_sampled_as_they_reflect() {
         let (scattered, count) = (scattered(), 1 << 16);
         let brdf = Tabulated::new(&scattered);
-        let mut u = vec![[0.0; 2]; count];
-        crate::points::sobol(3, 0, &mut u);
+        let u = crate::points::of(3, count);
         for theta in [0.05, 0.6, 1.2f64] {
             let wo = dvec3(theta.sin() * 0.8, theta.sin() * 0.6, theta.cos());
             let (mut sampled, mut uniform, mut density, mut measured) = (0.0, 0.0, 0.0, 0.0);

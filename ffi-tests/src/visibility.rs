@@ -33,8 +33,7 @@ pub struct Model {
 
 /// The share of the hemisphere that a point sees, roughly.
 pub fn visible_share(scene: &Scene, point: &ShadingPoint) -> f64 {
-    let mut u = [[0.0; 2]; 64];
-    points::sobol(1, 0, &mut u);
+    let u = points::of(1, 64);
     let seen = u.iter().filter(|u| scene.visible(point, hemisphere(point.normal, **u))).count();
     seen as f64 / u.len() as f64
 }
@@ -42,8 +41,7 @@ pub fn visible_share(scene: &Scene, point: &ShadingPoint) -> f64 {
 /// Measures at a point.
 pub fn measure(scene: &Scene, point: &ShadingPoint) -> Model {
     let angle = |step: usize| WIDEST * (step + 1) as f32 / STEPS as f32;
-    let mut u = vec![[0.0; 2]; PAIRS * 2];
-    points::sobol(2, 0, &mut u);
+    let u = points::of(2, PAIRS * 2);
     let seen = |wi: Vec3| f64::from(u8::from(scene.visible(point, wi)));
     let visible = u.iter().map(|&u| seen(hemisphere(point.normal, u))).sum::<f64>() / u.len() as f64;
     let whole = visible * (1.0 - visible);
@@ -57,9 +55,7 @@ pub fn measure(scene: &Scene, point: &ShadingPoint) -> Model {
 
 /// The correlation of visibility over pairs of directions of the hemisphere that are an angle apart.
 fn correlation(point: &ShadingPoint, seen: impl Fn(Vec3) -> f64, angle: f32) -> f64 {
-    let (mut first, mut second) = (vec![[0.0; 2]; PAIRS], vec![[0.0; 2]; PAIRS]);
-    points::sobol(3, 0, &mut first);
-    points::sobol(4, 0, &mut second);
+    let (first, second) = (points::of(3, PAIRS), points::of(4, PAIRS));
     let (mut count, mut sum, mut both) = (0.0, 0.0, 0.0);
     for (u, turn) in first.iter().zip(&second) {
         let a = hemisphere(point.normal, *u);

@@ -247,6 +247,17 @@ impl Fields {
         self.bytes[at..at + size].copy_from_slice(&value.to_le_bytes()[..size]);
     }
 
+    /// Points to bytes that the call reads.
+    pub fn input(&mut self, case: &mut Case, path: &str, bytes: &[u8], align: usize) {
+        self.word(path, case.input(bytes, align));
+    }
+
+    /// The same for an array of a wave.
+    pub fn array(&mut self, case: &mut Case, path: &str, bytes: &[u8], stride: usize) {
+        self.input(case, &format!("{path}.first"), bytes, 4);
+        self.word(&format!("{path}.point"), stride as u64);
+    }
+
     pub fn float(&mut self, path: &str, value: f32) {
         self.word(path, value.to_bits().into());
     }

@@ -151,9 +151,8 @@ pub fn describe(case: &mut Case, fields: &mut Fields, latlong: bool) {
             let rows = Rows { pixels, stride: map.row(), rows: map.height as u32, missing };
             // SAFETY: plain numbers.
             let bytes = unsafe { std::slice::from_raw_parts((&raw const rows).cast::<u8>(), size_of::<Rows>()) };
-            let user = case.input(bytes, 8);
+            fields.input(case, "row_user", bytes, 8);
             fields.word("row", row as *const () as u64);
-            fields.word("row_user", user);
         }
         1 => {
             // The last row first.

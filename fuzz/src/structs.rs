@@ -44,8 +44,7 @@ fn frame(case: &mut Case, fields: &mut Fields, path: &str) {
         if case.is_spoiled() && case.random.one_in(4) {
             frame[case.random.below(9)] = case.random.hard();
         }
-        let address = case.input(&bytes_of(&frame), 4);
-        fields.word(path, address);
+        fields.input(case, path, &bytes_of(&frame), 4);
     }
 }
 
@@ -137,20 +136,15 @@ fn point(case: &mut Case, fields: &mut Fields) {
         fields.word(path, case.random.bits());
     }
     fields.word("visibility_key", case.random.below(4) as u64);
-    let cache = cache(case);
-    fields.word("visibility", cache);
+    fields.word("visibility", cache(case));
     if case.random.one_in(4) {
-        let (function, user) = callback(case, values);
-        fields.word("target", function);
-        fields.word("target_user", user);
+        callback(case, fields, "target", values);
     }
     if case.random.one_in(4) {
-        let numbers = portals(&mut case.random);
-        let portals = case.input(&bytes_of(&numbers), 4);
-        fields.word("portals", portals);
+        let portals = bytes_of(&portals(&mut case.random));
+        fields.input(case, "portals", &portals, 4);
         fields.word("portal_count", 1 + case.random.below(PORTALS) as u64);
-        let flags = fields.get("flags") | case.random.pick(&[0, 8]);
-        fields.word("flags", flags);
+        fields.word("flags", fields.get("flags") | case.random.pick(&[0, 8]));
     }
 }
 
@@ -202,38 +196,26 @@ fn wave(case: &mut Case, fields: &mut Fields) {
             bytes.resize(bytes.len() + gap, 0xff);
         }
         bytes.truncate(stride * elements - gap);
-        let first = case.input(&bytes, 4);
-        fields.word(&format!("{path}.first"), first);
-        fields.word(&format!("{path}.point"), if is_shared { 0 } else { stride as u64 });
+        fields.array(case, path, &bytes, if is_shared { 0 } else { stride });
     }
     for path in ["seed", "sample", "bounce", "visibility_key"] {
         let bytes: Vec<u8> = (0..count).flat_map(|i| (i as u32 / 3).to_le_bytes()).collect();
-        let first = case.input(&bytes, 4);
-        fields.word(&format!("{path}.first"), first);
-        fields.word(&format!("{path}.point"), 4);
+        fields.array(case, path, &bytes, 4);
     }
     if case.random.one_in(3) {
         let mask: Vec<u8> = (0..count).map(|_| u8::from(!case.random.one_in(3))).collect();
-        let mask = case.input(&mask, 1);
-        fields.word("mask", mask);
+        fields.input(case, "mask", &mask, 1);
     }
     if case.random.one_in(3) {
-        let flags = fields.get("flags") | case.random.pick(&[0, 8]);
-        fields.word("flags", flags);
-        let numbers = portals(&mut case.random);
-        let first = case.input(&bytes_of(&numbers), 4);
-        fields.word("portal.first", first);
-        let bytes: Vec<u8> = (0..count).flat_map(|i| (i as u32 % 10).to_le_bytes()).collect();
-        let first = case.input(&bytes, 4);
-        fields.word("portal_count.first", first);
-        fields.word("portal_count.point", 4);
-        let bytes: Vec<u8> = (0..count).flat_map(|_| bytes_of(&case.random.direction())).collect();
-        let first = case.input(&bytes, 4);
-        fields.word("position.first", first);
-        fields.word("position.point", 12);
+        fields.word("flags", fields.get("flags") | case.random.pick(&[0, 8]));
+        let portals = bytes_of(&portals(&mut case.random));
+        fields.input(case, "portal.first", &portals, 4);
+        let counts: Vec<u8> = (0..count).flat_map(|i| (i as u32 % 10).to_le_bytes()).collect();
+        fields.array(case, "portal_count", &counts, 4);
+        let positions: Vec<u8> = (0..count).flat_map(|_| bytes_of(&case.random.direction())).collect();
+        fields.array(case, "position", &positions, 12);
     }
-    let cache = cache(case);
-    fields.word("visibility", cache);
+    fields.word("visibility", cache(case));
     let (width, gap) = (16 * rays, 4 * case.random.below(3));
     let floats = crate::header::Layout { size: width, align: 4, fields: Vec::new() };
     let stride = width + gap;
@@ -242,13 +224,11 @@ fn wave(case: &mut Case, fields: &mut Fields) {
     let ray = case.give(Role::Result, &bytes, floats, span);
     fields.word("ray.first", ray);
     fields.word("ray.point", stride as u64);
-    let bytes = case.garbage(4 * count);
-    let counts = case.give_packed(Role::Result, &bytes, &case.world.headers.layouts["uint32_t"]);
-    fields.word("count", counts);
+    let (bytes, layouts) = (case.garbage(4 * count), &case.world.headers.layouts);
+    fields.word("count", case.give_packed(Role::Result, &bytes, &layouts["uint32_t"]));
     if case.random.one_in(2) {
         let bytes = case.garbage(count);
-        let status = case.give_packed(Role::Result, &bytes, &case.world.headers.layouts["uint8_t"]);
-        fields.word("status", status);
+        fields.word("status", case.give_packed(Role::Result, &bytes, &layouts["uint8_t"]));
     }
     if case.is_spoiled() {
         // Fields that say how much memory there is stay true.
@@ -275,9 +255,7 @@ fn product(case: &mut Case, fields: &mut Fields) {
 }
 
 fn check(case: &mut Case, fields: &mut Fields) {
-    let (function, user) = callback(case, colours);
-    fields.word("radiance", function);
-    fields.word("radiance_user", user);
+    callback(case, fields, "radiance", colours);
 }
 
 fn strata(case: &mut Case, fields: &mut Fields) {
@@ -286,8 +264,7 @@ fn strata(case: &mut Case, fields: &mut Fields) {
     fields.float("angle_limit", case.random.pick(&[0.0, 0.01, 12.6, 1e-20]));
     if case.random.one_in(2) {
         let exponents = [8.0 * case.random.unit(), 8.0 * case.random.unit()];
-        let address = case.input(&bytes_of(&exponents), 4);
-        fields.word("exponents", address);
+        fields.input(case, "exponents", &bytes_of(&exponents), 4);
     }
 }
 
@@ -305,10 +282,7 @@ fn tree(case: &mut Case, fields: &mut Fields) {
     let mut most = ("count", 0, "wavelets");
     match source {
         1 | 2 => most = ("tree_count", combined(case, fields, &trees, source == 1), "trees"),
-        3 => {
-            least(case, fields);
-            most = ("count", listed(case, fields), "wavelets");
-        }
+        3 => most = ("count", listed(case, fields), "wavelets"),
         4 => rotated(case, fields, &lights),
         _ => return pixels(case, fields),
     }
@@ -347,31 +321,22 @@ fn combined(case: &mut Case, fields: &mut Fields, trees: &[Object], is_product: 
     let count = if is_product { 2 + case.random.below(2) } else { 1 + case.random.below(5) };
     let first = case.random.pick(trees).number;
     let fits = |tree: &&Object| tree.number == first || is_product && tree.number < first;
-    let (alike, fitting): (Vec<Object>, Vec<Object>) = (
-        trees.iter().filter(|tree| tree.number == first).copied().collect(),
-        trees.iter().filter(fits).copied().collect(),
-    );
+    let alike: Vec<Object> = trees.iter().filter(|tree| tree.number == first).copied().collect();
+    let fitting: Vec<Object> = trees.iter().filter(fits).copied().collect();
     let mut bytes = handle(case, &alike).to_le_bytes().to_vec();
     for _ in 1..count {
         let any = if case.random.one_in(32) { trees } else { &fitting };
         bytes.extend(handle(case, any).to_le_bytes());
     }
-    let pointers = case.input(&bytes, 8);
+    fields.input(case, "trees", &bytes, 8);
     fields.word("tree_count", count as u64);
-    fields.word("trees", pointers);
     if !is_product {
         let hostile = case.is_spoiled() && case.random.one_in(3);
         let weight = |random: &mut Random| f64::from(if hostile { random.hard() } else { random.unit() }).to_le_bytes();
         let bytes: Vec<u8> = (0..count).flat_map(|_| weight(&mut case.random)).collect();
-        let weights = case.input(&bytes, 8);
-        fields.word("weight", weights);
+        fields.input(case, "weight", &bytes, 8);
     }
     count as u64
-}
-
-/// What a tree is raised to.
-fn least(case: &mut Case, fields: &mut Fields) {
-    fields.word("least", case.random.pick(&[0.0, 1e-3, 1.0f64]).to_bits());
 }
 
 /// Strata of a map, and the stratum of each texel.
@@ -384,21 +349,20 @@ fn jitter(case: &mut Case, fields: &mut Fields) {
         if hostile && random.one_in(8) { random.bits() as u32 } else { random.below(lights) as u32 }
     };
     let bytes: Vec<u8> = (0..case.texels).flat_map(|_| label(&mut case.random).to_le_bytes()).collect();
-    let labels = case.input(&bytes, 4);
-    fields.word("label", labels);
+    fields.input(case, "label", &bytes, 4);
     if case.is_spoiled() {
         fields.spoil(&mut case.random);
     }
 }
 
-/// An average and a list of wavelets; how many.
+/// What a tree is raised to, an average and a list of wavelets; how many.
 fn listed(case: &mut Case, fields: &mut Fields) -> u64 {
+    fields.word("least", case.random.pick(&[0.0, 1e-3, 1.0f64]).to_bits());
     let hostile = case.is_spoiled() && case.random.one_in(3);
     let bytes = list(&mut case.random, hostile);
     let layout = &case.world.headers.layouts["wis_wavelets"];
     let (count, align) = ((bytes.len() / layout.size) as u64, layout.align);
-    let first = case.input(&bytes, align);
-    fields.word("wavelets", first);
+    fields.input(case, "wavelets", &bytes, align);
     fields.word("count", count);
     fields.word("average", f64::from(case.random.unit()).to_bits());
     count
@@ -417,12 +381,12 @@ fn pixels(case: &mut Case, fields: &mut Fields) {
     fields.word("dimensions", dimensions as u64);
     fields.word("depth", depth as u64);
     fields.float("error_budget", budget(&mut case.random));
-    let pixels = case.input(&bytes_of(&values), 4);
-    fields.word("pixels", pixels);
+    fields.input(case, "pixels", &bytes_of(&values), 4);
+    let given = fields.get("pixels");
     if case.is_spoiled() && !hostile {
         fields.spoil(&mut case.random);
         let wanted = fields.get("dimensions").saturating_mul(fields.get("depth"));
-        if wanted > (dimensions * depth) as u64 && fields.get("pixels") == pixels {
+        if wanted > (dimensions * depth) as u64 && fields.get("pixels") == given {
             fields.word("pixels", 0);
         }
         // Another source has a list of no elements.
@@ -434,16 +398,15 @@ fn rotated(case: &mut Case, fields: &mut Fields, lights: &[Object]) {
     fields.word("depth", case.random.below(5) as u64);
     fields.float("error_budget", budget(&mut case.random));
     fields.word("least", case.random.pick(&[0.0, 1e-3, 1.0, 1e6f64]).to_bits());
-    let environment = handle(case, lights);
-    fields.word("environment", environment);
+    fields.word("environment", handle(case, lights));
     frame(case, fields, "world_from_tree");
 }
 
 /// How a client's callback behaves: it answers well, fails, or writes what is no value.
-fn callback(case: &mut Case, function: Callback) -> (u64, u64) {
-    let manner = if case.is_spoiled() { case.random.below(6) as u32 } else { case.random.below(2) as u32 };
-    let user = case.input(&manner.to_le_bytes(), 4);
-    (function as *const () as u64, user)
+fn callback(case: &mut Case, fields: &mut Fields, path: &str, function: Callback) {
+    let manner = case.random.below(if case.is_spoiled() { 6 } else { 2 }) as u32;
+    fields.input(case, &format!("{path}_user"), &manner.to_le_bytes(), 4);
+    fields.word(path, function as *const () as u64);
 }
 
 type Callback = extern "C" fn(*mut c_void, usize, *const f32, *mut f32) -> c_int;

@@ -4,12 +4,14 @@
 //! map, and references are integrals by quadrature ([`super::quadrature`]).
 
 use super::brdf::{V3, single, unit};
-use super::laws::ensure;
+use super::laws::{self, ensure};
 use super::quadrature::{Integral, Peak};
-use crate::client::{self, Brdf, Density, raw};
-use crate::environment::{Environment, Sampler};
+use crate::client::{Block, Brdf, Density, raw};
+use crate::environment::{Environment, Light, Sampler};
 use crate::statistics::{chi_square, mean_and_error};
 use crate::threads::on_threads;
+use std::cell::RefCell;
+use std::rc::Rc;
 
 /// Rule 33 of docs/design.md: the largest f L cos / (p I).
 pub const LARGEST: f64 = 50.0;
@@ -131,9 +133,23 @@ pub fn wide(wi: [f32; 3]) -> V3 {
     wi.map(f64::from)
 }
 
+/// The product at a point, legal and against the reference: [`density`].
+pub fn product(
+    environment: &Environment,
+    point: &raw::wis_point,
+    task: &Task,
+    limits: &Limits,
+) -> Result<Figures, String> {
+    let (own, mut memory) = (Rc::new(RefCell::new(Sampler::new(1, 0, 0)?)), Block::new(0));
+    let product = Light::product(environment, &own, point, &mut memory)?;
+    laws::legal_with_lobes(&product)?;
+    let stored = product.describe()?.integral / environment.info.mean;
+    density(&product, &Light::new(environment)?, stored, task, limits)
+}
+
 /// A density against the reference: the integral that it states, in the task's unit, the mean and the largest of its weights, and
 /// how often samples go where. `light` tells where else to look for large weights.
-pub fn density(
+fn density(
     product: &impl Density,
     light: &impl Density,
     stored: f64,
@@ -149,8 +165,7 @@ pub fn density(
     let factor = if fault == Fault::Density { 1.025 } else { 1.0 };
     let (mut wi, mut weights, mut means) = (Vec::new(), Vec::new(), Vec::new());
     for seed in 0..SAMPLES[1] / SAMPLES[0] {
-        let mut u = vec![[0.0; 2]; SAMPLES[0]];
-        client::sobol(seed as u32 + 7, 0, &mut u)?;
+        let u = crate::points::of(seed as u32 + 7, SAMPLES[0]);
         let (mut drawn, mut pdf) = (vec![[0.0; 3]; u.len()], vec![0.0; u.len()]);
         product.sample_n(&u, &mut drawn, &mut pdf)?;
         let weight = |(wi, pdf): (&[f32; 3], &f32)| (task.brings)(wide(*wi)) / (factor * f64::from(*pdf) * value);
@@ -176,8 +191,7 @@ pub fn density(
 
 /// Looks for large weights where the light is, at every distance of the peaks, and all over the sphere.
 fn look(product: &impl Density, light: &impl Density, task: &Task) -> Result<f64, String> {
-    let mut u = vec![[0.0; 2]; LOOKS];
-    client::sobol(11, 0, &mut u)?;
+    let u = crate::points::of(11, LOOKS);
     let mut all: Vec<[f32; 3]> = Vec::with_capacity(3 * LOOKS);
     for (k, u) in u.iter().enumerate() {
         let (z, phi) = (2.0 * f64::from(u[0]) - 1.0, std::f64::consts::TAU * f64::from(u[1]));
@@ -251,10 +265,8 @@ pub fn rays(
                 let mut sum = 0.0;
                 for sample in 0..HITS {
                     let point = raw::wis_point { seed: seed as u32 + 1, sample, ..*point };
-                    let count = match &mut target {
-                        Some(target) => sampler.direct_by(environment, &point, *target, &mut ray)?,
-                        None => sampler.direct(environment, &point, &mut ray)?,
-                    };
+                    let target: Option<Brdf> = if let Some(target) = &mut target { Some(*target) } else { None };
+                    let count = sampler.direct(environment, &point, target, &mut ray)?;
                     for ray in &ray[..count] {
                         let sign = if task.fault == Fault::Idle && sample % 10 == 0 { -1.0 } else { 1.0 };
                         let brings = (task.brings)(wide(ray.wi).map(|x| sign * x));

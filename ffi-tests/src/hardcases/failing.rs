@@ -75,7 +75,7 @@ fn target(rays: usize, way: Way) -> Verdict {
     let mut expected = vec![raw::wis_ray::default(); rays];
     let mut calls = 0;
     let mut sound = failing(usize::MAX - 1, way, &mut calls);
-    let count = Sampler::new(rays, 0, 0)?.direct_by(&environment, &point, &mut sound, &mut expected)?;
+    let count = Sampler::new(rays, 0, 0)?.direct(&environment, &point, Some(&mut sound), &mut expected)?;
     drop(sound);
     let total = calls;
     ensure(count > 0 && total > 0, || format!("{count} rays, {total} calls"))?;
@@ -93,7 +93,7 @@ fn target(rays: usize, way: Way) -> Verdict {
         })?;
         let (mut calls, mut ray) = (0, vec![untouched; rays]);
         let mut sound = failing(usize::MAX - 1, way, &mut calls);
-        let again = sampler.direct_by(&environment, &point, &mut sound, &mut ray)?;
+        let again = sampler.direct(&environment, &point, Some(&mut sound), &mut ray)?;
         ensure(again == count && bits(&ray[..count]) == bits(&expected[..count]), || {
             format!("other rays after call {at}")
         })?;

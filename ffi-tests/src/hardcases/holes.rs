@@ -5,9 +5,8 @@ use super::brdf::{Hit, Lobe, V3, single};
 use super::maps::{Image, sky};
 use super::quadrature::Peak;
 use super::scenes::{IDLE, NORMAL};
-use crate::client::{Block, raw};
-use crate::environment::{self, Light, Sampler, material};
-use std::cell::RefCell;
+use crate::client::raw;
+use crate::environment::{self, material};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// Directions of a client's table, by polar angle and azimuth of wi.
@@ -80,12 +79,7 @@ fn by_lobes(degrees: f64, is_target: bool, fault: Fault) -> Result<Figures, Stri
     if is_target {
         return Ok(Figures { rays: Some(rays), ..Figures::default() });
     }
-    let (own, other) = (RefCell::new(Sampler::new(1, 0, 0)?), RefCell::new(Sampler::new(1, 0, 0)?));
-    let mut memory = Block::new(0);
-    let product = Light::product(&environment, &own, &point, &mut memory)?;
-    let stored = product.describe()?.integral / mean;
-    let figures = bounds::density(&product, &Light::new(&environment, &other), stored, &task, &limits)?;
-    Ok(Figures { rays: Some(rays), ..figures })
+    Ok(Figures { rays: Some(rays), ..bounds::product(&environment, &point, &task, &limits)? })
 }
 
 fn radiance(image: &Image, least: f64, wi: V3) -> f64 {

@@ -37,8 +37,7 @@ pub const EDGES: [f32; 13] = [
 
 /// Every pair of edges, and a low-discrepancy set.
 pub fn points() -> Vec<[f32; 2]> {
-    let mut points = vec![[0.0; 2]; 1024];
-    client::sobol(1, 0, &mut points).expect("1024 points");
+    let mut points = crate::points::of(1, 1024);
     points.extend(EDGES.iter().flat_map(|&a| EDGES.map(|b| [a, b])));
     points
 }

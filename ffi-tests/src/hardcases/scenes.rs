@@ -4,12 +4,10 @@
 use super::bounds::{self, Fault, Figures, Job, LARGEST, Limits, MISSED, Task, wide};
 use super::brdf::{Hit, Lobe, V3, dot, single, unit};
 use super::huge::Huge;
-use super::laws;
 use super::maps::{Image, sky};
 use super::quadrature::Peak;
-use crate::client::{Block, raw};
-use crate::environment::{Environment, Light, Sampler, material};
-use std::cell::RefCell;
+use crate::client::raw;
+use crate::environment::{Environment, material};
 
 /// Rays that bring nothing are picked for the sake of other clients: candidate weights have a floor of 0.05 of their mean
 /// (rule 24), and so has the density of a product (rule 16). What is above lies in cells that the horizon divides.
@@ -75,13 +73,7 @@ impl Case {
         let shapes: Vec<raw::wis_lobe> = self.hit.lobes.iter().map(Lobe::shape).collect();
         let material = material(&shapes)?;
         let point = self.hit.point(&material);
-        let (own, other) = (RefCell::new(Sampler::new(1, 0, 0)?), RefCell::new(Sampler::new(1, 0, 0)?));
-        let mut memory = Block::new(0);
-        let product = Light::product(environment, &own, &point, &mut memory)?;
-        laws::legal_with_lobes(&product)?;
-        let stored = product.describe()?.integral / mean;
-        let light = Light::new(environment, &other);
-        let figures = bounds::density(&product, &light, stored, &task, &self.limits)?;
+        let figures = bounds::product(environment, &point, &task, &self.limits)?;
         let rays = bounds::rays(environment, &point, None, &task, &self.limits)?;
         Ok(Figures { rays: Some(rays), ..figures })
     }

@@ -5,9 +5,8 @@ use super::laws::{self, Verdict, ensure, fails};
 use super::maps::{Image, hot, sky};
 use super::peers;
 use super::table::{Accuracy, Light, Table};
-use crate::client::{self, Density, raw};
-use crate::environment::{self, Environment, Map, Sampler};
-use std::cell::RefCell;
+use crate::client::{Density, raw};
+use crate::environment::{self, Environment, Map};
 
 /// Points that the accuracy of a case is measured with.
 const POINTS: usize = 1 << 15;
@@ -96,8 +95,7 @@ fn both(table: &mut Table, name: &str, image: &Image, kinds: &[(u32, u32)]) {
 /// Legal samples, a density at every corner, edge and half-texel shift of lit texels, and the accuracy.
 fn judge(image: &Image, kind: (u32, u32)) -> Result<Accuracy, String> {
     let environment = Environment::new(&map(image, kind))?;
-    let sampler = RefCell::new(Sampler::new(1, 0, 0)?);
-    let density = environment::Light::new(&environment, &sampler);
+    let density = environment::Light::new(&environment)?;
     laws::legal(&density)?;
     let bilinear = kind.0 == raw::WIS_FILTER_BILINEAR;
     let at_poles = kind.1 & raw::WIS_ENVIRONMENT_ROWS_AT_POLES != 0;
@@ -118,8 +116,7 @@ fn accuracy(
     exact: bool,
     radiance: impl Fn([f32; 3]) -> f64,
 ) -> Result<Accuracy, String> {
-    let mut u = vec![[0.0; 2]; POINTS];
-    client::sobol(3, 0, &mut u)?;
+    let u = crate::points::of(3, POINTS);
     let (mut wi, mut pdf) = (vec![[0.0; 3]; POINTS], vec![0.0; POINTS]);
     density.sample_n(&u, &mut wi, &mut pdf)?;
     let all = || wi.iter().zip(&pdf).map(|(&wi, &pdf)| radiance(wi) / (f64::from(pdf) * power));
@@ -145,8 +142,7 @@ fn huge(table: &mut Table) {
         let environment = huge.environment();
         let (power, exact) = (environment.info.power, huge.power());
         ensure((power / exact - 1.0).abs() <= 1e-5, || format!("power {power}, the texels have {exact}"))?;
-        let sampler = RefCell::new(Sampler::new(1, 0, 0)?);
-        let density = environment::Light::new(environment, &sampler);
+        let density = environment::Light::new(environment)?;
         laws::legal(&density)?;
         let least = environment.info.mean / 65536.0;
         let accuracy = accuracy(&density, power, false, |wi| huge.radiance(least, wi.map(f64::from)))?;
@@ -185,8 +181,7 @@ fn black(table: &mut Table) {
         let verdict = || -> Verdict {
             let environment = Environment::new(&map(&image, (kind, 0)))?;
             ensure(environment.info.power == 0.0, || format!("power {}", environment.info.power))?;
-            let sampler = RefCell::new(Sampler::new(1, 0, 0)?);
-            laws::nothing(&environment::Light::new(&environment, &sampler))?;
+            laws::nothing(&environment::Light::new(&environment)?)?;
             Ok("power 0, pdf 0, invert ZERO_DENSITY".into())
         };
         table.lights.push(Light::new("all-black map", client, verdict()));
@@ -233,8 +228,7 @@ fn faces(table: &mut Table) {
         for (kind, client) in [(raw::WIS_FILTER_BILINEAR, "bilinear"), (raw::WIS_FILTER_NEAREST, "nearest")] {
             let verdict = || -> Verdict {
                 let environment = Environment::new(&Map { layout, ..map(&image, (kind, 0)) })?;
-                let sampler = RefCell::new(Sampler::new(1, 0, 0)?);
-                let density = environment::Light::new(&environment, &sampler);
+                let density = environment::Light::new(&environment)?;
                 laws::legal(&density)?;
                 let mass = laws::mass(&density, 512)?;
                 ensure((mass - 1.0).abs() < 2e-3, || format!("it integrates to {mass}"))?;

@@ -3,9 +3,8 @@
 use super::laws::{self, Verdict, ensure, fails};
 use super::table::Table;
 use crate::client::{self, Texels, Tree, raw};
-use crate::environment::{Environment, Light, Map, Sampler};
+use crate::environment::{Environment, Light, Map};
 use serde_json::Value;
-use std::cell::RefCell;
 
 const VECTORS: &str = include_str!("../../../tests/vectors/hard.json");
 
@@ -60,7 +59,7 @@ fn answers(case: &Value) -> Verdict {
     legal_tree(&tree, case, &image)?;
     let exact = exact(&tree, case, &image)?;
     let environment = environment(case)?;
-    laws::legal(&Light::new(&environment, &RefCell::new(Sampler::new(1, 0, 0)?)))?;
+    laws::legal(&Light::new(&environment)?)?;
     Ok(format!("legal; {exact} points exact"))
 }
 
@@ -133,7 +132,7 @@ fn nothing(case: &Value) -> Verdict {
     }
     let failure = fails(tree.invert([0.3, 0.7]), raw::WIS_ZERO_DENSITY)?;
     let environment = environment(case)?;
-    laws::nothing(&Light::new(&environment, &RefCell::new(Sampler::new(1, 0, 0)?)))?;
+    laws::nothing(&Light::new(&environment)?)?;
     Ok(format!("pdf 0; invert: {failure}"))
 }
 

@@ -5,15 +5,15 @@
 //! .99. Inversion: 40 000 directions find a shift of the distribution of u by .014, half of which a density that is
 //! tilted by 2 % over the square makes at its middle. Integral: to 0.2 %.
 
-use crate::client::{self, Density};
-use crate::environment::{self, Sampler};
+use crate::client::Density;
+use crate::environment;
 use crate::light::{Light, octahedral_direction};
 use crate::material::Material;
+use crate::points;
 use crate::product::Rotations;
 use crate::scene::ShadingPoint;
 use crate::statistics::{chi_square, holm, kolmogorov_smirnov, splitmix};
 use glam::Vec3;
-use std::cell::RefCell;
 use std::f32::consts::PI;
 
 const SIGNIFICANCE: f64 = 1e-3;
@@ -23,12 +23,6 @@ const BINS: usize = 16;
 fn point() -> ShadingPoint {
     let normal = Vec3::new(0.3, 0.2, 0.93).normalize();
     ShadingPoint { pixel: [5, 9], hit: 0, origin: Vec3::ZERO, normal, wo: Vec3::new(-0.5, 0.3, 0.8).normalize() }
-}
-
-fn uniform(seed: u32, count: usize) -> Vec<[f32; 2]> {
-    let mut u = vec![[0.0; 2]; count];
-    client::sobol(seed, 0, &mut u).unwrap();
-    u
 }
 
 /// Independent numbers (SplitMix64), which the tests' distributions assume.
@@ -50,7 +44,7 @@ fn bin(wi: Vec3) -> usize {
 /// p-values of frequencies and inversion along both axes, and the integral of the pdf.
 fn judge(density: &impl Density) -> ([f64; 3], f64) {
     let mut mass = vec![0.0; BINS * BINS];
-    let grid = uniform(11, 1 << 21);
+    let grid = points::of(11, 1 << 21);
     for u in &grid {
         let wi = octahedral_direction(u[0], u[1]);
         mass[bin(wi)] += f64::from(density.pdf(wi.to_array()).unwrap()) * 4.0 * f64::from(PI) / grid.len() as f64;
@@ -66,7 +60,7 @@ fn judge(density: &impl Density) -> ([f64; 3], f64) {
 fn inversion(density: &impl Density, axis: usize) -> f64 {
     let trials = independent(2, 1 << 22);
     let largest = 1.2
-        * uniform(3, 1 << 16)
+        * points::of(3, 1 << 16)
             .iter()
             .fold(0.0_f32, |largest, u| largest.max(density.pdf(octahedral_direction(u[0], u[1]).to_array()).unwrap()));
     let accepted = trials.chunks_exact(2).filter_map(|pair| {
@@ -82,7 +76,6 @@ fn inversion(density: &impl Density, axis: usize) -> f64 {
 fn samples_follow_their_pdfs() {
     let light = Light::windows(64);
     let rotations = Rotations::new(light.tables(0, 0.0).unwrap()).unwrap();
-    let sampler = RefCell::new(Sampler::new(1, 0, 0).unwrap());
     let (mut names, mut p_values) = (Vec::new(), Vec::new());
     let mut add = |name: &str, (found, integral): ([f64; 3], f64)| {
         assert!((integral - 1.0).abs() < 2e-3, "{name}: the pdf integrates to {integral}");
@@ -91,7 +84,7 @@ fn samples_follow_their_pdfs() {
             p_values.push(p);
         }
     };
-    add("light", judge(&environment::Light::new(&rotations.environment, &sampler)));
+    add("light", judge(&environment::Light::new(&rotations.environment).unwrap()));
     for material in [Material::lambert(), Material::ggx(0.5), Material::mix(0.4)] {
         let product = material.prepare(&rotations, &point()).unwrap();
         add(&material.name, judge(&product));

@@ -41,8 +41,7 @@ struct Inputs {
 /// Those of the library.
 pub fn speed(densities: &[&dyn Density], rounds: usize) -> Result<Vec<Speed>> {
     let count = (rounds.max(WARM) + 1) * BATCH;
-    let mut u = vec![[0.0; 2]; count];
-    client::sobol(11, 0, &mut u)?;
+    let u = wis_ffi_tests::points::of(11, count);
     // Neighbours in the sequence are far apart; in a renderer so are neighbours of a batch.
     let sphere = |[a, b]: [f32; 2]| {
         let (z, phi) = (1.0 - 2.0 * a, std::f32::consts::TAU * b);

@@ -90,9 +90,7 @@ fn slopes(model: &Model) -> [f64; 3] {
 /// between two points of the disc.
 fn in_the_model(radius: f64) -> f64 {
     const PAIRS: usize = 4096;
-    let (mut first, mut second) = (vec![[0.0; 2]; PAIRS], vec![[0.0; 2]; PAIRS]);
-    points::sobol(11, 0, &mut first);
-    points::sobol(12, 0, &mut second);
+    let (first, second) = (points::of(11, PAIRS), points::of(12, PAIRS));
     let place = |u: &[f32; 2]| {
         let (sin, cos) = (std::f64::consts::TAU * f64::from(u[1])).sin_cos();
         let r = radius * f64::from(u[0]).sqrt();

@@ -143,8 +143,7 @@ pub fn point_sets(page: &mut Paper, lit: &Lit) -> Result<()> {
     {
         let mut hammersley = vec![[0.0; 2]; POINTS];
         client::hammersley(&mut hammersley);
-        let mut sobol = vec![[0.0; 2]; POINTS];
-        points::sobol(1, 0, &mut sobol);
+        let sobol = points::of(1, POINTS);
         let (masses, mut afters) = (Masses::new(pixels), [0.0; 3]);
         let sets = [("random", random(7, POINTS)), ("Hammersley", hammersley), ("Owen-scrambled Sobol", sobol)];
         for (column, (kind, set)) in (0..).zip(sets) {
@@ -193,8 +192,7 @@ pub fn convergence(page: &mut Paper, lit: &Lit) -> Result<()> {
     let mut errors = [[0.0; 3]; COUNTS.len()];
     for (number, point) in (0..).zip(&scene.points) {
         let product = material.prepare(&lit.integrated, point)?;
-        let mut many = vec![[0.0; 2]; 1 << 15];
-        points::sobol(u32::MAX - number, 0, &mut many);
+        let mut many = points::of(u32::MAX - number, 1 << 15);
         let exact = estimate(&scene, point, &product, &mut many)?;
         if exact <= 0.0 {
             continue;
@@ -207,8 +205,7 @@ pub fn convergence(page: &mut Paper, lit: &Lit) -> Result<()> {
             for u in &mut hammersley {
                 *u = [0, 1].map(|axis| (u[axis] + turn[axis]).fract());
             }
-            let mut sobol = vec![[0.0; 2]; count];
-            points::sobol(number, 0, &mut sobol);
+            let sobol = points::of(number, count);
             for (error, mut set) in errors.iter_mut().zip([random(2 * number, count), hammersley, sobol]) {
                 *error += (estimate(&scene, point, &product, &mut set)? / exact - 1.0).powi(2);
             }

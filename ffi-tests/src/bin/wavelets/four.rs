@@ -73,9 +73,7 @@ impl Table {
         let area = 4.0 * std::f64::consts::PI / cells as f64;
         let integral = |a: usize| (0..cells).map(|b| f64::from(turned[b * cells + a] * lobes[b])).sum::<f64>() * area;
         let integrals = (0..cells).map(integral).collect();
-        let (mut first, mut second) = (vec![[0.0; 2]; count], vec![[0.0; 2]; count]);
-        points::sobol(31, 0, &mut first);
-        points::sobol(32, 0, &mut second);
+        let (first, second) = (points::of(31, count), points::of(32, count));
         let mut warped: Vec<[f32; 4]> = first.iter().zip(&second).map(|(a, b)| [a[0], a[1], b[0], b[1]]).collect();
         let mut index: Vec<u32> = (0..count as u32).collect();
         product.warp(&mut warped, &mut index)?;

@@ -8,10 +8,9 @@ mod times;
 mod variance;
 
 use self::both::Lit;
-use anyhow::{Result, ensure};
+use anyhow::Result;
 use std::path::Path;
 use wis_ffi_tests::data::{DEVELOPER, OTHERS, lights};
-use wis_ffi_tests::earlier;
 use wis_ffi_tests::light::Light;
 use wis_ffi_tests::page::{Page, Part};
 
@@ -36,7 +35,6 @@ fn all(quick: bool) -> Result<Vec<Lit>> {
 /// # Errors
 /// Those of the library and of files; version 0.2 is not there.
 pub fn run(file: &Path, quick: bool) -> Result<()> {
-    ensure!(earlier::is_there(), "version 0.2 is not there: scripts/earlier.sh builds it from the history");
     let lights = all(quick)?;
     let mut short = vec![Part::Text(
         "Every ratio is that of version 0.2 over the current one, in one process: above 1 the current one is ahead. Brackets hold the \

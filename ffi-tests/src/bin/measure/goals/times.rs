@@ -1,13 +1,15 @@
 //! What calls take.
 
-use super::both::{Both, Lit, printed};
+use super::both::{Lit, both, printed};
 use super::variance;
 use anyhow::Result;
 use std::cell::RefCell;
+use std::rc::Rc;
 use wis_ffi_tests::caches::{CACHES, COLD, RENDERER, SLOWER, WARM};
 use wis_ffi_tests::client::{self, Block, Density, raw};
 use wis_ffi_tests::environment::{self, Light};
 use wis_ffi_tests::page::{Part, Table};
+use wis_ffi_tests::points;
 use wis_ffi_tests::statistics::{bootstrap_ratio, geometric, median};
 use wis_ffi_tests::timing::singles;
 
@@ -78,50 +80,53 @@ fn row(table: &mut Table, name: &str, items: usize, [old, new]: &Times) {
     table.row([name], cells);
 }
 
+/// Times of calls of both, by the number of a call.
+fn timed(rounds: usize, [mut old, mut new]: [impl FnMut(usize) -> client::Result<()>; 2]) -> client::Result<Times> {
+    singles(rounds, [&mut old, &mut new])
+}
+
 fn direct(lit: &Lit, material: &str, (rays, candidates): (usize, usize), rounds: usize) -> Result<Times> {
-    let mut both = Both::new(&variance::lobes(material), rays, candidates)?;
-    let (points, mut ray, mut count) =
-        (variance::points(material, &both.material, POINTS), vec![raw::wis_ray::default(); rays], 0);
-    let Both { new, old, .. } = &mut both;
-    let mut earlier = |i: usize| old.direct(&lit.old, &points[i % POINTS], rays).map(drop);
-    let mut now = |i: usize| new.direct_into(&lit.new, &points[i % POINTS], None, &mut ray, &mut count);
-    Ok(singles(rounds, [&mut earlier, &mut now])?)
+    let mut both = both(&variance::lobes(material), rays, candidates)?;
+    let mut light = lit.each.iter();
+    let calls = both.each_mut().map(|(sampler, own)| {
+        let (light, points) = (light.next().expect("two"), variance::points(material, own, POINTS));
+        let mut ray = vec![raw::wis_ray::default(); rays];
+        move |i: usize| sampler.direct(light, &points[i % POINTS], None, &mut ray).map(drop)
+    });
+    Ok(timed(rounds, calls)?)
 }
 
 fn prepare(lit: &Lit, material: &str, rounds: usize) -> Result<Times> {
-    let mut both = Both::new(&variance::lobes(material), 1, 0)?;
-    let (points, mut memory) = (variance::points(material, &both.material, POINTS), Block::new(1 << 14));
-    let (Both { new, old, .. }, config) = (&mut both, environment::product_config());
-    let mut earlier = |i: usize| old.prepare(&lit.old, &points[i % POINTS]);
-    let mut now =
-        |i: usize| new.prepare(&lit.new, &config, &points[i % POINTS..][..1], &mut memory, &mut [0]).map(drop);
-    Ok(singles(rounds, [&mut earlier, &mut now])?)
+    let (mut both, config) = (both(&variance::lobes(material), 1, 0)?, environment::product_config());
+    let (mut light, config) = (lit.each.iter(), &config);
+    let calls = both.each_mut().map(|(sampler, own)| {
+        let (light, points) = (light.next().expect("two"), variance::points(material, own, POINTS));
+        let mut memory = Block::new(1 << 14);
+        move |i: usize| sampler.prepare(light, config, &points[i % POINTS], &mut memory)
+    });
+    Ok(timed(rounds, calls)?)
 }
 
 /// Samples and pdfs of a product.
 fn product(lit: &Lit, batch: usize, rounds: usize) -> Result<[Times; 2]> {
-    let both = Both::new(&variance::lobes("GGX 0.2"), 1, 0)?;
-    let point = variance::points("GGX 0.2", &both.material, 1)[0];
-    let (sampler, mut old, mut memory) = (RefCell::new(both.new), both.old, Block::new(0));
-    let new = Light::product(&lit.new, &sampler, &point, &mut memory)?;
-    old.prepare(&lit.old, &point)?;
-    let mut u = vec![[0.0; 2]; POINTS * BATCH];
-    client::sobol(3, 0, &mut u)?;
-    let mut drawn = vec![raw::wis_drawn::default(); u.len()];
-    old.sample(&lit.old, &u, &mut drawn)?;
-    let wi: Vec<[f32; 3]> = drawn.iter().map(|drawn| drawn.wi).collect();
-    let (mut d, mut p) = ([[0.0; 3]; BATCH], [0.0; BATCH]);
+    let (both, mut blocks) = (both(&variance::lobes("GGX 0.2"), 1, 0)?, [Block::new(0), Block::new(0)]);
+    let points = both.each_ref().map(|(_, own)| variance::points("GGX 0.2", own, 1)[0]);
+    let samplers = both.map(|(sampler, _)| Rc::new(RefCell::new(sampler)));
+    let [first, second] = &mut blocks;
+    let old = Light::product(&lit.each[0], &samplers[0], &points[0], first)?;
+    let new = Light::product(&lit.each[1], &samplers[1], &points[1], second)?;
+    let u = points::of(3, POINTS * BATCH);
+    let mut wi = vec![[0.0; 3]; u.len()];
+    old.sample_n(&u, &mut wi, &mut vec![0.0; u.len()])?;
     let at = |i: usize| i * BATCH % u.len()..i * BATCH % u.len() + batch;
-    let sample = singles(
-        rounds,
-        [&mut |i| old.sample(&lit.old, &u[at(i)], &mut drawn[..batch]), &mut |i| {
-            new.sample_n(&u[at(i)], &mut d[..batch], &mut p[..batch])
-        }],
-    )?;
-    let mut q = [0.0; BATCH];
-    let pdf = singles(
-        rounds,
-        [&mut |i| old.pdf(&lit.old, &wi[at(i)], &mut q[..batch]), &mut |i| new.pdf_n(&wi[at(i)], &mut p[..batch])],
-    )?;
-    Ok([sample, pdf])
+    let (u, wi, at) = (&u, &wi, &at);
+    let sample = [&old, &new].map(|product| {
+        let (mut wi, mut pdf) = ([[0.0; 3]; BATCH], [0.0; BATCH]);
+        move |i| product.sample_n(&u[at(i)], &mut wi[..batch], &mut pdf[..batch])
+    });
+    let pdf = [&old, &new].map(|product| {
+        let mut pdf = [0.0; BATCH];
+        move |i| product.pdf_n(&wi[at(i)], &mut pdf[..batch])
+    });
+    Ok([timed(rounds, sample)?, timed(rounds, pdf)?])
 }

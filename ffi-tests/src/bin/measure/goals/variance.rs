@@ -1,6 +1,6 @@
 //! Variances of estimates of one ray, and of their means over the hits of a pixel.
 
-use super::both::{Both, Lit, printed};
+use super::both::{Lit, both, printed};
 use anyhow::Result;
 use glam::Vec3;
 use std::f64::consts::TAU;
@@ -140,16 +140,16 @@ fn by_group(values: &[f64], seeds: usize) -> [Vec<f64>; METRICS.len()] {
 
 /// Variances of 0.2 and of the current one.
 fn compared(lit: &Lit, material: &str, candidates: usize, effort: (usize, usize, &[usize])) -> Result<[Variances; 2]> {
-    let Both { mut new, mut old, material: own } = Both::new(&lobes(material), 1, candidates)?;
-    let earlier = variances(lit, material, &own, effort, &mut |point| {
-        Ok(old.direct(&lit.old, point, 1)?.first().map(|ray| (ray.wi, ray.weight)))
-    })?;
-    let now = variances(lit, material, &own, effort, &mut |point| {
-        let (mut ray, mut count) = ([raw::wis_ray::default()], 0);
-        new.direct_into(&lit.new, point, None, &mut ray, &mut count)?;
-        Ok((count > 0).then_some((ray[0].wi, ray[0].weight)))
-    })?;
-    Ok([earlier, now])
+    let mut light = lit.each.iter();
+    let [old, new] = both(&lobes(material), 1, candidates)?.map(|(mut sampler, own)| {
+        let light = light.next().expect("two");
+        variances(lit, material, &own, effort, &mut |point| {
+            let mut ray = [raw::wis_ray::default()];
+            let count = sampler.direct(light, point, None, &mut ray)?;
+            Ok((count > 0).then_some((ray[0].wi, ray[0].weight)))
+        })
+    });
+    Ok([old?, new?])
 }
 
 /// A ratio with its interval, in each metric.

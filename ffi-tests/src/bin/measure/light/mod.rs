@@ -8,7 +8,6 @@ mod size;
 use self::page::{Fits, Results};
 use crate::speed::{self, Speed};
 use anyhow::{Result, ensure};
-use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use wis_ffi_tests::client::Density;
 use wis_ffi_tests::data;
@@ -112,7 +111,6 @@ fn speeds(light: &Light, rounds: usize) -> Result<Vec<Speed>> {
 /// Hands out the light by wis and pbrt's table.
 fn with_densities<T>(light: &Light, run: impl FnOnce(&[&dyn Density]) -> Result<T>) -> Result<T> {
     let (tables, piecewise) = (light.tables(0, 0.0)?, Piecewise::new(light));
-    let sampler = RefCell::new(environment::Sampler::new(1, 0, 0)?);
-    let own = environment::Light::new(&tables, &sampler);
+    let own = environment::Light::new(&tables)?;
     run(&[&own, &piecewise])
 }

@@ -81,8 +81,7 @@ pub fn budgets(lights: &[Light], budgets: &[f32], points: usize) -> Result<Vec<B
     for light in lights {
         for &budget in budgets {
             let environment = light.tables(raw::WIS_ENVIRONMENT_LIGHT_ONLY, budget)?;
-            let sampler = std::cell::RefCell::new(wis_ffi_tests::environment::Sampler::new(1, 0, 0)?);
-            let density = wis_ffi_tests::environment::Light::new(&environment, &sampler);
+            let density = wis_ffi_tests::environment::Light::new(&environment)?;
             let deviation = super::fit::fit(light, &[&density], points)?[0].deviation();
             let (bytes, stated) = (environment.info.bytes, environment.info.error);
             all.push(Budget { light: light.name.clone(), budget, bytes, stated, deviation });

@@ -4,11 +4,12 @@ use super::studies::Study;
 use crate::speed::{self, Speed};
 use anyhow::Result;
 use std::cell::RefCell;
+use std::rc::Rc;
 use std::time::Instant;
 use wis_ffi_tests::caches::{CACHES, WARM};
 use wis_ffi_tests::client::{self, Block, raw};
 use wis_ffi_tests::earlier;
-use wis_ffi_tests::environment::{self, Environment, Light};
+use wis_ffi_tests::environment::{self, CURRENT, Environment, Light, Version};
 use wis_ffi_tests::material::Material;
 use wis_ffi_tests::scene::ShadingPoint;
 use wis_ffi_tests::setting::Lit;
@@ -52,16 +53,17 @@ impl Measured {
         let of = |name: &str| Material::all().into_iter().find(|m| m.name == name).unwrap_or_else(Material::lambert);
         let prepare = PREPARE.map(|name| prepare(&lit, &of(name), &points, rounds));
         let glossy = Material::ggx(0.2);
-        let one = direct(&lit, &glossy, &points, (1, 16), rounds)?;
-        let many = direct(&lit, &glossy, &points, (64, 4), rounds)?;
-        let before = earlier(&lit, &glossy, &points, rounds)?.unwrap_or(one);
+        let (current, before) = ((&CURRENT, &lit.tables), earlier::version().zip(lit.earlier.as_ref()));
+        let direct = |by, calls| direct(by, &glossy, &points, calls, rounds);
+        let (one, many) = (direct(current, (1, 16))?, direct(current, (64, 4))?);
+        let before = before.map_or(Ok(one), |before| direct(before, (1, 16)))?;
         Ok(Measured {
             slower: before.map(|ns| ns / before[WARM]),
             light: light.name.clone(),
             build: (median(&builds), lit.tables.info.bytes as usize),
             prepare: prepare.into_iter().collect::<client::Result<_>>()?,
             product: product(&lit, &glossy, &points[points.len() / 2], rounds)?,
-            product_bytes: environment::product_bytes(&environment::product_config())?,
+            product_bytes: environment::product_bytes(&CURRENT, &environment::product_config())?,
             direct: [one, many.map(|ns| ns / 256.0)],
         })
     }
@@ -87,38 +89,27 @@ fn prepare(lit: &Lit, material: &Material, points: &[ShadingPoint], rounds: usiz
     let own = environment::material(&material.lobes())?;
     let (mut sampler, config) = (environment::Sampler::new(1, 0, 1)?, environment::product_config());
     let (at, mut memory) = (shaded(material, &own, points), Block::new(1 << 14));
-    time(at.len(), rounds, |i| {
-        let prepared = sampler.prepare(&lit.tables, &config, &at[i..=i], &mut memory, &mut [0]);
-        prepared.map(drop)
-    })
+    time(at.len(), rounds, |i| sampler.prepare(&lit.tables, &config, &at[i], &mut memory))
 }
 
 fn product(lit: &Lit, material: &Material, point: &ShadingPoint, rounds: usize) -> Result<Speed> {
     let own = environment::material(&material.lobes())?;
-    let (sampler, mut memory) = (RefCell::new(environment::Sampler::new(1, 0, 1)?), Block::new(0));
+    let (sampler, mut memory) = (Rc::new(RefCell::new(environment::Sampler::new(1, 0, 1)?)), Block::new(0));
     let at = material.point(point, &own);
     let product = Light::product(&lit.tables, &sampler, &at, &mut memory)?;
     Ok(speed::speed(&[&product], rounds)?[0])
 }
 
-/// Nanoseconds of a call of version 0.2 for one ray of 16 candidates.
-fn earlier(lit: &Lit, material: &Material, points: &[ShadingPoint], rounds: usize) -> client::Result<Option<Times>> {
-    let Some(mut sampler) = earlier::Sampler::new(1, 16, 1, &material.lobes())? else { return Ok(None) };
-    let Some(environment) = &lit.earlier else { return Ok(None) };
-    let at = shaded(material, &environment::material(&material.lobes())?, points);
-    time(at.len(), rounds, |i| sampler.direct(environment, &at[i], 1).map(drop)).map(Some)
-}
-
-/// Nanoseconds of a call for rays and candidates of each.
+/// Nanoseconds of a call of a version for rays and candidates of each.
 fn direct(
-    lit: &Lit,
+    (version, environment): (&'static Version, &Environment),
     material: &Material,
     points: &[ShadingPoint],
     (rays, candidates): (usize, usize),
     rounds: usize,
 ) -> client::Result<Times> {
-    let (own, environment): (_, &Environment) = (environment::material(&material.lobes())?, &lit.tables);
-    let (mut sampler, mut ray) = (environment::Sampler::new(rays, candidates, 1)?, vec![raw::wis_ray::default(); rays]);
+    let (own, mut ray) = (environment::material_by(version, &material.lobes())?, vec![raw::wis_ray::default(); rays]);
+    let mut sampler = environment::Sampler::by(version, rays, candidates, 1)?;
     let at = shaded(material, &own, points);
-    time(at.len(), rounds, |i| sampler.direct(environment, &at[i], &mut ray).map(drop))
+    time(at.len(), rounds, |i| sampler.direct(environment, &at[i], None, &mut ray).map(drop))
 }

@@ -90,7 +90,7 @@ impl Renderer {
             portals.iter_mut().zip(&scene.portals).for_each(|(to, portal)| *to = portal.at(place.origin));
             (point.portals, point.portal_count) = (portals.as_ptr(), scene.portals.len() as u32);
         }
-        let count = sampler.direct(setting.tables, &point, rays)?;
+        let count = sampler.direct(setting.tables, &point, None, rays)?;
         let mut sum = 0.0;
         for ray in &rays[..count] {
             let wi = Vec3::from(ray.wi);

@@ -147,7 +147,7 @@ impl<'p> Map<'p> {
             let first = y as usize * length;
             self.pixels.get(first..first + length).map(bytemuck::cast_slice)
         };
-        Environment::build_in(&plan, &pixels, &frame, row, Block::bytes_mut(memory), Block::bytes_mut(scratch))
+        Environment::build_in(&plan, &pixels, &frame, &row, Block::bytes_mut(memory), Block::bytes_mut(scratch))
     }
 }
 

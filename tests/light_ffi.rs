@@ -208,7 +208,7 @@ fn the_same_bytes_as_in_rust() {
         let needed = plan.size().unwrap();
         let (mut memory, mut scratch) = (Memory::filled(needed.bytes, 1), Memory::filled(needed.scratch, 2));
         let (block, work) = (memory.bytes_mut(), scratch.bytes_mut());
-        let built = Environment::build_in(&plan, &pixels, &Frame::IDENTITY, row, block, work).unwrap();
+        let built = Environment::build_in(&plan, &pixels, &Frame::IDENTITY, &row, block, work).unwrap();
         assert!(built.as_bytes() == build(&config), "{name}");
         assert_eq!(size(&config).bytes, needed.bytes);
         if config.error_budget == 0.0 {

@@ -447,7 +447,7 @@ impl Compared<'_> {
     /// The angle of the tangent: the best of some, and then by halves of the step.
     #[inline(never)]
     fn tangents(&mut self) {
-        if !self.point.material.is_anisotropic() {
+        if !self.point.material.kinds().1 {
             return;
         }
         let mut best = (0.0, Fit { error: 1.0, scale: 1.0 });

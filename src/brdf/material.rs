@@ -194,7 +194,7 @@ impl Material {
         self.hash
     }
 
-    /// [`Material::transmits`] and [`Material::is_anisotropic`], in one pass.
+    /// [`Material::transmits`], and whether a lobe depends on the tangent, in one pass.
     #[inline(always)]
     pub fn kinds(&self) -> (bool, bool) {
         // A bit for each kind; of lobes with one alpha, and moved up of others.
@@ -209,11 +209,5 @@ impl Material {
     /// Whether a lobe lies on the side opposite to wo.
     pub fn transmits(&self) -> bool {
         self.lobes().iter().any(|lobe| lobe.kind.transmits())
-    }
-
-    /// Whether a lobe depends on the tangent.
-    #[inline]
-    pub fn is_anisotropic(&self) -> bool {
-        self.lobes().iter().any(|lobe| lobe.a != lobe.b && lobe.kind.is_ggx())
     }
 }

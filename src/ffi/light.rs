@@ -106,7 +106,7 @@ pub unsafe extern "C" fn wis_environment_init(
         // How long the block must be is known only when grids are chosen.
         super::check_block(memory.cast(), bytes, 0, 2)?;
         let handle = out(environment, 6)?;
-        Build::begin(&request, scratch, scratch_bytes, 4)?.run_all(&rows, memory, bytes)?;
+        Build::begin(&request, scratch, scratch_bytes, 4)?.run_all(&|y| rows.row(y), memory, bytes)?;
         handle.write(memory.cast_const().cast());
         Ok(())
     })
@@ -156,13 +156,11 @@ pub unsafe extern "C" fn wis_environment_describe(
 ///
 /// # Safety
 /// The pointer is null or points to what the header says.
-pub(in crate::ffi) unsafe fn read_config(config: *const LightConfig) -> Checked<(Request, PixelRows)> {
+pub(in crate::ffi) unsafe fn read_config<'a>(config: *const LightConfig) -> Checked<(Request, PixelRows<'a>)> {
     // SAFETY: the caller's contract.
     let c = unsafe { sized(config, 1)? };
     let mut request = Request::new(c).map_err(|error| error.instead(1))?;
-    let &LightConfig { pixels, row_stride, row, row_user, height, .. } = c;
-    let rows = PixelRows { pixels, row_stride, row, row_user, row_bytes: request.row_bytes() };
-    let rows = rows.checked(request.pixels.format, height)?;
+    let rows = PixelRows::new(c, &request)?;
     // SAFETY: the caller's contract: null or nine floats.
     request.frame = unsafe { frame(c.world_from_map.cast(), 1) }.map_err(|at| at.of(c"world_from_map"))?;
     Ok((request, rows))

@@ -82,10 +82,11 @@ pub unsafe extern "C" fn wis_strata_lights(
         let lights = slice_mut(lights, config.capacity(), 5)?;
         let light_count = out(light_count, 6)?;
         let label = if label.is_null() { &mut [] } else { slice_mut(label, config.texels(), 7)? };
-        let written = config.lights_in(&map, &rows, block, lights, label).map_err(|error| match error.status {
-            Status::InvalidArgument => error.instead(2),
-            _ => error.of_build([1, 3]),
-        })?;
+        let written =
+            config.lights_in(&map, &|y| rows.row(y), block, lights, label).map_err(|error| match error.status {
+                Status::InvalidArgument => error.instead(2),
+                _ => error.of_build([1, 3]),
+            })?;
         light_count.write(written as u32);
         Ok(())
     })
@@ -167,7 +168,7 @@ pub unsafe extern "C" fn wis_jitter_init(
         block_mut(scratch, scratch_bytes, size.scratch, 5)?;
         let target = out(jitter, 7)?;
         let luminance: &mut [f64] = slice_mut(scratch.cast(), config.texels(), 5)?;
-        map.decode(&rows, luminance, &mut []).map_err(|error| error.of_build([1, 5]))?;
+        map.decode(&|y| rows.row(y), luminance, &mut []).map_err(|error| error.of_build([1, 5]))?;
         let luminance = Some(&*luminance).filter(|_| distribution == WIS_JITTER_ENERGY);
         let wrong = || labels.iter().position(|&label| label >= light_count).unwrap_or(0);
         let built = config.build_in(&map.frame, labels, luminance, block);
@@ -275,7 +276,7 @@ pub unsafe extern "C" fn wis_strata_order(
 ///
 /// # Safety
 /// The pointer is null or points to what the header says.
-unsafe fn read_map(map: *const LightConfig) -> Checked<(Map, PixelRows)> {
+unsafe fn read_map<'a>(map: *const LightConfig) -> Checked<(Map, PixelRows<'a>)> {
     // SAFETY: the caller's contract.
     let (request, rows) = unsafe { read_config(map)? };
     let of = &request.plan.of;
@@ -289,7 +290,10 @@ unsafe fn read_map(map: *const LightConfig) -> Checked<(Map, PixelRows)> {
 ///
 /// # Safety
 /// The pointers are null or point to what the header says.
-unsafe fn read(map: *const LightConfig, config: *const StrataConfig) -> Checked<(strata::Config, Map, PixelRows)> {
+unsafe fn read<'a>(
+    map: *const LightConfig,
+    config: *const StrataConfig,
+) -> Checked<(strata::Config, Map, PixelRows<'a>)> {
     // SAFETY: the caller's contract.
     let (map, rows, given, exponents) = unsafe {
         let (map, rows) = read_map(map)?;

@@ -68,11 +68,8 @@ impl Pixels {
     }
 }
 
-/// Gives the bytes of a row; `None` stops the build.
-pub trait Rows {
-    /// Row `y`, at least [`Pixels::row_bytes`] long.
-    fn row(&self, y: u32) -> Option<&[u8]>;
-}
+/// Gives the bytes of a row, at least [`Pixels::row_bytes`] of them; `None` stops the build.
+pub type Rows<'a> = dyn Fn(u32) -> Option<&'a [u8]> + 'a;
 
 /// What stops a build that gets no row, or a short one.
 pub fn missing(y: u32) -> Error {

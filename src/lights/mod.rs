@@ -25,11 +25,11 @@ impl Map {
     ///
     /// # Errors
     /// Of a row, and of the first texel that is NaN or infinite, unless they are to be replaced.
-    pub fn decode(&self, rows: &impl Rows, luminance: &mut [f64], rgb: &mut [[f32; 3]]) -> Result<(), Error> {
+    pub fn decode(&self, rows: &Rows<'_>, luminance: &mut [f64], rgb: &mut [[f32; 3]]) -> Result<(), Error> {
         let width = self.size[0].max(1) as usize;
         let (row_bytes, mut colours) = (self.pixels.row_bytes(1).unwrap_or(1).max(1), rgb.iter_mut());
         for (y, values) in (0..).zip(luminance.chunks_exact_mut(width)) {
-            let texels = rows.row(y).ok_or(missing(y))?.chunks_exact(row_bytes);
+            let texels = rows(y).ok_or(missing(y))?.chunks_exact(row_bytes);
             for ((x, texel), out) in (0..).zip(texels).zip(values) {
                 let colour = self.pixels.mended(self.pixels.colour(texel)).ok_or(invalid(x, y))?;
                 *out = luminance_of(colour);

@@ -69,7 +69,7 @@ impl Config {
     pub fn lights_in(
         &self,
         map: &Map,
-        rows: &impl Rows,
+        rows: &Rows<'_>,
         memory: &mut [u8],
         lights: &mut [Light],
         labels: &mut [u32],

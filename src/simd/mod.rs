@@ -40,7 +40,6 @@
 //! let level = wis::simd::Level::from_code(wis::simd::detect());
 //! ```
 
-mod apart;
 mod array;
 mod level;
 #[cfg(target_arch = "aarch64")]
@@ -50,10 +49,9 @@ mod scalar;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
-pub use apart::Apart;
 pub use array::A4;
 pub use level::{Compute, Level, compute, detect};
-pub use num::{GROUP, Num, REGISTERS, Whole, places, sum};
+pub use num::{Apart, GROUP, Num, REGISTERS, Whole, places, sum};
 pub use scalar::{prefetch, prefetch_all, prefetch_behind, rank, rank16, sqrt, truncate};
 
 // Four numbers, as every processor of this target has them.

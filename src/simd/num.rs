@@ -1,7 +1,6 @@
 //! Numbers of any width: one `f32`, or as many as a register holds. A kernel that is generic over [`Num`] is written once; a call
 //! for one element runs it at width 1, a batch at the width of the machine, with the same bits.
 
-use super::apart::{Apart, apart};
 use crate::numeric;
 use core::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Sub};
 
@@ -10,6 +9,32 @@ pub const GROUP: usize = 8;
 
 /// The most registers of a group.
 pub const REGISTERS: usize = 2;
+
+/// A computation on numbers of one kind that runs as a function of its own: what many kernels share, or few calls reach. Cold
+/// code costs as much as cold tables, so it pays to have it once. What it calls must be inlined into it to be fast.
+pub trait Apart<F> {
+    /// What it answers.
+    type Output;
+    /// Computes.
+    fn run(self) -> Self::Output;
+}
+
+/// A closure runs as it is. On registers that only some processors have it must be a type of its own, whose `run` is inlined: the
+/// compiler may leave a closure to the baseline's instructions.
+impl<F, T, C: FnOnce() -> T> Apart<F> for C {
+    type Output = T;
+
+    #[inline(always)]
+    fn run(self) -> T {
+        self()
+    }
+}
+
+/// Runs a computation in a function of its own.
+#[inline(never)]
+pub(super) fn apart<F, K: Apart<F>>(computation: K) -> K::Output {
+    computation.run()
+}
 
 /// A whole number of 32 bits for each lane; sums and products wrap.
 pub trait Whole:

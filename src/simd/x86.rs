@@ -22,7 +22,7 @@ mod sse2 {
 
     #[inline(always)]
     pub unsafe fn apart<K: super::Apart<super::X4>>(computation: K) -> K::Output {
-        crate::simd::apart::apart(computation)
+        crate::simd::num::apart(computation)
     }
 
     /// `a` where the mask is set, elsewhere `b`.

@@ -51,7 +51,7 @@ impl Light {
         let pixels = Pixels { channels: map.channels, format: Format::F32, sanitise: false, absolute: false };
         let frame = Frame::new(&TURNED).unwrap();
         let blocks = (bytemuck::cast_slice_mut(&mut memory), bytemuck::cast_slice_mut(&mut scratch));
-        Environment::build_in(&plan, &pixels, &frame, row, blocks.0, blocks.1).unwrap();
+        Environment::build_in(&plan, &pixels, &frame, &row, blocks.0, blocks.1).unwrap();
         Light(memory)
     }
 

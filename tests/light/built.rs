@@ -34,7 +34,7 @@ impl Built {
         of: &Description,
         sanitise: bool,
         filling: u8,
-        row: impl Fn(u32) -> Option<&'a [u8]>,
+        row: impl Fn(u32) -> Option<&'a [u8]> + 'a,
     ) -> Result<Built, Error> {
         let plan = Plan::new(of)?;
         let size = plan.size()?;
@@ -42,7 +42,7 @@ impl Built {
         let (mut words, mut scratch) = (filled(size.bytes), filled(size.scratch));
         let pixels = Pixels { channels: 1, format: Format::F32, sanitise, absolute: false };
         let (memory, scratch) = (bytemuck::cast_slice_mut(&mut words), bytemuck::cast_slice_mut(&mut scratch));
-        let bytes = Environment::build_in(&plan, &pixels, &Frame::IDENTITY, row, memory, scratch)?.as_bytes().len();
+        let bytes = Environment::build_in(&plan, &pixels, &Frame::IDENTITY, &row, memory, scratch)?.as_bytes().len();
         Ok(Built { words, bytes })
     }
 

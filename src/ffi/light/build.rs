@@ -17,7 +17,6 @@ use crate::light::texels::Texels;
 use crate::sphere::Frame;
 use crate::status::{Error, Status};
 use core::ffi::c_void;
-use core::marker::PhantomData;
 use core::ops::Range;
 
 impl<'a> Environment<'a> {
@@ -25,34 +24,19 @@ impl<'a> Environment<'a> {
     ///
     /// # Errors
     /// [`Error`].
-    pub fn build_in<'p>(
+    pub fn build_in(
         plan: &Plan,
         pixels: &Pixels,
         frame: &Frame,
-        row: impl Fn(u32) -> Option<&'p [u8]>,
+        rows: &Rows<'_>,
         memory: &'a mut [u8],
         scratch: &mut [u8],
     ) -> Checked<Environment<'a>> {
         let request = Request { plan: *plan, pixels: *pixels, frame: *frame, flags: 0 };
         let (start, bytes) = (memory.as_mut_ptr().cast(), memory.len());
         // SAFETY: both blocks are borrowed by this call alone.
-        unsafe {
-            Build::begin(&request, scratch.as_mut_ptr().cast(), scratch.len(), 4)?.run_all(
-                &Given(row, PhantomData),
-                start,
-                bytes,
-            )?
-        };
+        unsafe { Build::begin(&request, scratch.as_mut_ptr().cast(), scratch.len(), 4)?.run_all(rows, start, bytes)? };
         Environment::view(memory).ok_or(Error::new(Status::Misaligned, 2))
-    }
-}
-
-/// Rows that a function gives.
-struct Given<'p, R>(R, PhantomData<&'p [u8]>);
-
-impl<'p, R: Fn(u32) -> Option<&'p [u8]>> Rows for Given<'p, R> {
-    fn row(&self, y: u32) -> Option<&[u8]> {
-        (self.0)(y)
     }
 }
 
@@ -139,7 +123,7 @@ impl<'r> Build<'r> {
     ///
     /// # Safety
     /// No other thread uses the blocks.
-    pub(super) unsafe fn run_all(&self, rows: &impl Rows, memory: *mut c_void, bytes: usize) -> Checked<()> {
+    pub(super) unsafe fn run_all(&self, rows: &Rows<'_>, memory: *mut c_void, bytes: usize) -> Checked<()> {
         // SAFETY: the caller's contract.
         unsafe {
             for (pass, count) in self.items().into_iter().enumerate() {
@@ -156,7 +140,7 @@ impl<'r> Build<'r> {
     /// No other thread works on these items, nor on an earlier pass.
     pub(super) unsafe fn run(
         &self,
-        rows: &impl Rows,
+        rows: &Rows<'_>,
         (memory, bytes): (*mut c_void, usize),
         pass: usize,
         items: Range<u32>,
@@ -178,7 +162,7 @@ impl<'r> Build<'r> {
     /// # Safety
     /// As [`Build::run`].
     #[inline(never)]
-    unsafe fn decode(&self, rows: &impl Rows, y: u32) -> Checked<()> {
+    unsafe fn decode(&self, rows: &Rows<'_>, y: u32) -> Checked<()> {
         let Build { request: Request { plan, pixels, .. }, arrays, block, .. } = self;
         let (width, columns, row) = (plan.of.width as usize, plan.grid[0] as usize, y as usize);
         // SAFETY: elements of this row only.
@@ -190,7 +174,7 @@ impl<'r> Build<'r> {
             )
         };
         let needed = pixels.row_bytes(plan.of.width).unwrap_or(usize::MAX);
-        let bytes = rows.row(y).and_then(|bytes| bytes.get(..needed)).ok_or(missing(y));
+        let bytes = rows(y).and_then(|bytes| bytes.get(..needed)).ok_or(missing(y));
         let decoded = bytes.and_then(|bytes| decode_row(plan, pixels, bytes, y, luminance, rgb));
         summary.fill(decoded.map_err(|error| error.instead(1))?);
         Ok(())

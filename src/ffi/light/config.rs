@@ -3,7 +3,7 @@
 use crate::ffi::Checked;
 use crate::light::chart::LAYOUTS;
 use crate::light::environment::Environment;
-use crate::light::pixels::{Format, Pixels, Rows};
+use crate::light::pixels::{Format, Pixels};
 use crate::light::plan::{Description, Filter, Plan};
 use crate::numeric::ContentHash;
 use crate::sphere::Frame;
@@ -136,11 +136,6 @@ impl Request {
         Ok(Request { plan: Plan::new(&of.as_read())?, pixels, frame: Frame::IDENTITY, flags })
     }
 
-    /// Bytes of a row of texels.
-    pub fn row_bytes(&self) -> usize {
-        self.pixels.row_bytes(self.plan.of.width).unwrap_or(usize::MAX)
-    }
-
     /// Tells whether a later call of the same build brings the same configuration.
     pub fn fingerprint(&self) -> u64 {
         let of = &self.plan.of;
@@ -211,52 +206,42 @@ impl LightInfo {
 }
 
 /// The client's rows, as a configuration describes them.
-pub(in crate::ffi) struct PixelRows {
-    pub(in crate::ffi) pixels: *const c_void,
-    pub(in crate::ffi) row_stride: isize,
-    pub(in crate::ffi) row: RowFn,
-    pub(in crate::ffi) row_user: *mut c_void,
-    pub(in crate::ffi) row_bytes: usize,
+pub(in crate::ffi) struct PixelRows<'a> {
+    config: &'a LightConfig,
+    row_bytes: usize,
+    stride: isize,
 }
 
-impl PixelRows {
-    /// Checks what a configuration, which is argument 1, says about `height` rows.
-    pub(in crate::ffi) fn checked(self, format: Format, height: u32) -> Checked<PixelRows> {
-        let PixelRows { pixels, row_stride, row, row_bytes, .. } = self;
-        let stride = if row_stride == 0 { row_bytes as isize } else { row_stride };
-        if stride.unsigned_abs() < row_bytes {
-            return Err(Error::range(c"row_stride").instead(1));
+impl<'a> PixelRows<'a> {
+    /// Checks what a configuration, which is argument 1, says about its rows.
+    pub(in crate::ffi) fn new(config: &'a LightConfig, of: &Request) -> Checked<PixelRows<'a>> {
+        let (row_bytes, channel) = (of.pixels.row_bytes(config.width).unwrap_or(usize::MAX), of.pixels.format.bytes());
+        let stride = if config.row_stride == 0 { row_bytes as isize } else { config.row_stride };
+        for (holds, status, field) in [
+            (stride.unsigned_abs() >= row_bytes, Status::InvalidArgument, c"row_stride"),
+            (stride % channel as isize == 0, Status::Misaligned, c"row_stride"),
+            (stride.checked_mul(config.height as isize).is_some(), Status::Overflow, c"row_stride"),
+            (!config.pixels.is_null() || config.row.is_some(), Status::NullPointer, c"pixels"),
+            (config.pixels.addr() % channel == 0, Status::Misaligned, c"pixels"),
+        ] {
+            if !holds {
+                return Err(Error::new(status, 1).of(field));
+            }
         }
-        if stride % format.bytes() as isize != 0 {
-            return Err(Error::new(Status::Misaligned, 1).of(c"row_stride"));
-        }
-        if stride.checked_mul(height as isize).is_none() {
-            return Err(Error::new(Status::Overflow, 1).of(c"row_stride"));
-        }
-        if pixels.is_null() && row.is_none() {
-            return Err(Error::new(Status::NullPointer, 1).of(c"pixels"));
-        }
-        if pixels.addr() % format.bytes() != 0 {
-            return Err(Error::new(Status::Misaligned, 1).of(c"pixels"));
-        }
-        Ok(PixelRows { row_stride: stride, ..self })
+        Ok(PixelRows { config, row_bytes, stride })
     }
-}
 
-impl Rows for PixelRows {
-    fn row(&self, y: u32) -> Option<&[u8]> {
-        let &PixelRows { pixels, row_stride, row, row_user, .. } = self;
+    /// Row `y`.
+    pub(in crate::ffi) fn row(&self, y: u32) -> Option<&'a [u8]> {
+        let &LightConfig { pixels, row, row_user, .. } = self.config;
         let start: *const u8 = match row {
             // SAFETY: row y of the array that the client describes; the offset was checked to fit an isize.
-            _ if !pixels.is_null() => unsafe { pixels.cast::<u8>().byte_offset(row_stride * y as isize) },
+            _ if !pixels.is_null() => unsafe { pixels.cast::<u8>().byte_offset(self.stride * y as isize) },
             // SAFETY: the client's function with the client's argument.
             Some(row) => unsafe { row(row_user, y).cast() },
             None => core::ptr::null(),
         };
-        if start.is_null() {
-            return None;
-        }
         // SAFETY: the client gives rows of that many bytes.
-        Some(unsafe { core::slice::from_raw_parts(start, self.row_bytes) })
+        (!start.is_null()).then(|| unsafe { core::slice::from_raw_parts(start, self.row_bytes) })
     }
 }

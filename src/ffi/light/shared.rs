@@ -63,7 +63,7 @@ pub unsafe extern "C" fn wis_environment_run(
             return Err(invalid(8));
         }
         build.require_before(pass)?;
-        build.run(&rows, (memory, bytes), pass, first..first + count)
+        build.run(&|y| rows.row(y), (memory, bytes), pass, first..first + count)
     })
 }
 

@@ -6,7 +6,7 @@
 use super::material::{ALPHA_RANGE, MAX_LOBES, Material, Shape};
 use super::point::Point;
 use super::portal::Portal;
-use super::surface::Surface;
+use super::surface::{Sample, Surface};
 use crate::numeric::{luminance, max, sqrt};
 use crate::points::hammersley;
 use crate::simd::{Four, Num};
@@ -296,7 +296,7 @@ impl Compared<'_> {
             for (lane, (across, down)) in across.iter_mut().zip(down).enumerate() {
                 [*across, *down] = number(first + lane);
             }
-            let [x, y, z] = surface.to_map(surface.sample(u.map(Four::load))).map(Num::store);
+            let [x, y, z] = surface.to_map(Four::apart(Sample { surface, u: u.map(Four::load) })).map(Num::store);
             for (seen, ((x, y), z)) in eight.iter_mut().zip(x.into_iter().zip(y).zip(z)) {
                 // Where a lobe draws none, the normal stands for it, and does not count.
                 let none = [x, y, z] == [0.0; 3];

@@ -482,9 +482,9 @@ impl<F: Num> Apart<F> for Eval<'_, F> {
     }
 }
 
-struct Sample<'a, F: Num> {
-    surface: &'a Surface,
-    u: [F; 2],
+pub(super) struct Sample<'a, F: Num> {
+    pub(super) surface: &'a Surface,
+    pub(super) u: [F; 2],
 }
 
 impl<F: Num> Apart<F> for Sample<'_, F> {

@@ -8,6 +8,7 @@
 use super::batch::{pdf, sample};
 use super::chart::Layout;
 use super::environment::Environment;
+use super::parts::direction_of;
 use super::plan::Filter;
 use super::tables::Light;
 use crate::numeric::{luminance, max, min, sqrt};
@@ -413,7 +414,7 @@ impl Compared<'_, '_, '_> {
         let across = min(max(x, 0.0), columns) / columns * chart.axes[0].length - chart.offset;
         let across = if across < 0.0 { across + chart.axes[0].length } else { across };
         let down = if how.rows_at_poles { (y - 0.5) / max(rows - 1.0, 1.0) } else { y / rows };
-        chart.direction::<f32>(face, [across, min(max(down, 0.0), 1.0) * chart.axes[1].length])
+        direction_of(chart, face, [across, min(max(down, 0.0), 1.0) * chart.axes[1].length])
     }
 
     /// What a renderer sees that looks the map up in another way: texels are what the built light answers at their centres.

@@ -365,7 +365,7 @@ fn corner_direction(light: &Light<'_>, face: u32, at: [usize; 2], [columns, rows
         let patch = cell.origin[k] + if last { cell.patches[k] } else { 0 };
         light.chart.axes[k].edge(f32::from(patch))
     };
-    light.chart.direction(face as f32, [edge(0, at[0] == columns), edge(1, at[1] == rows)])
+    parts::direction_of(&light.chart, face as f32, [edge(0, at[0] == columns), edge(1, at[1] == rows)])
 }
 
 /// The corners among the numbers of a guide.

@@ -4,7 +4,7 @@
 //! about it. So a cell's numbers (w, v) are cut where that leaves the least spread of directions, like a regression tree (Breiman et al.
 //! 1984): into rows of parts first, then each row into its parts.
 
-use super::chart::Place;
+use super::chart::{Chart, Place};
 use super::tables::Light;
 use crate::numeric::{max, min};
 use crate::points::sobol_in_order;
@@ -120,10 +120,9 @@ impl Area<'_> {
     }
 
     /// The directions of positions in the cell.
-    #[inline(never)]
     pub(super) fn direction(&self, position: [Four; 2]) -> [Four; 3] {
         let place = [0, 1].map(|k: usize| Four::splat(self.low[k]) + position[k] * self.size[k]);
-        self.light.chart.direction(self.face, place)
+        direction(&self.light.chart, self.face, place)
     }
 
     /// The density of directions with equal shares of the cell's area on its face, per steradian.
@@ -135,6 +134,17 @@ impl Area<'_> {
     fn place(&self, direction: [Four; 3]) -> Place<Four> {
         self.light.chart.place(direction)
     }
+}
+
+/// The directions of positions on faces: in a function of its own, which cold code shares.
+#[inline(never)]
+pub(super) fn direction(chart: &Chart, face: Four, position: [Four; 2]) -> [Four; 3] {
+    chart.direction(face, position)
+}
+
+/// The same of one position: lanes have the bits of single numbers.
+pub(super) fn direction_of(chart: &Chart, face: f32, position: [f32; 2]) -> [f32; 3] {
+    direction(chart, Four::splat(face), position.map(Four::splat)).map(|x| x.store()[0])
 }
 
 /// A direction in a cell.

@@ -27,19 +27,25 @@ def path_of(page):
     return measured if os.path.exists(measured) else f"docs/{page}.md"
 
 
+def rows_of(path):
+    """Of each row of each table of a page: the cells of the table's head, the line, and its cells."""
+    head = None
+    for line in read(path).splitlines():
+        cells = [text.replace("**", "").strip() for text in line.strip("|").split("|")]
+        if not line.startswith("|"):
+            head = None
+        elif head is None:
+            head = cells
+        else:
+            yield head, line, cells
+
+
 def cell(page, row, column):
     column, _, more = column.partition(" +")
-    columns = column.split(" // ")
     rows = tuple(f"| {begin} |" for begin in row.split(" // "))
-    at, is_header = None, True
-    for line in read(path_of(page)).splitlines():
-        if not line.startswith("|"):
-            at, is_header = None, True
-            continue
-        cells = [text.replace("**", "").strip() for text in line.strip("|").split("|")]
-        if is_header:
-            at, is_header = next((cells.index(name) for name in columns if name in cells), None), False
-        elif at is not None and line.startswith(rows):
+    for head, line, cells in rows_of(path_of(page)):
+        at = next((head.index(name) for name in column.split(" // ") if name in head), None)
+        if at is not None and line.startswith(rows):
             return cells[at + int(more or 0)]
     faults.append(f"{path_of(page)} has no '{column}' of '{row}'")
     return ""
@@ -64,39 +70,27 @@ def version(page):
     return found.group(1) if found else "not recorded"
 
 
-def instructions(call, column):
-    found = re.search(rf"^{' +'.join(call.split())} +(.*)$", read("scripts/check-instructions.sh"), flags=re.M)
+def recorded(script, name, column):
+    """Of the row of that name in a check's table of what is on record."""
+    found = re.search(rf"^{' +'.join(name.split())} +(\d.*)$", read(f"scripts/{script}.sh"), flags=re.M)
     if not found:
-        faults.append(f"scripts/check-instructions.sh has no '{call}'")
-        return ""
-    return found.group(1).split()[column]
+        faults.append(f"scripts/{script}.sh has no '{name}'")
+    return found.group(1).split()[column] if found else "0"
 
 
 def size(name):
-    found = re.search(rf"^{name} +\d+ +\d+ +(\d+)$", read("scripts/check-size.sh"), flags=re.M)
-    if not found:
-        faults.append(f"scripts/check-size.sh has no '{name}'")
-        return ""
-    return f"{round(int(found.group(1)), -3) // 1000} kB"
+    return f"{round(int(recorded('check-size', name, 2)), -3) // 1000} kB"
 
 
 def claims(page):
     """Of each claim: the claim, what the paper says, what was measured, the verdict, and the cause if it does not hold."""
-    rows, is_claim = [], False
-    for line in read(path_of(page)).splitlines():
-        cells = [text.replace("**", "").strip() for text in line.strip("|").split("|")]
-        if line.startswith("| claim |"):
-            is_claim = True
-        elif not line.startswith("|"):
-            is_claim = False
-        elif is_claim and not line.startswith("|---"):
-            rows.append(cells[:5])
+    rows = [cells[:5] for head, line, cells in rows_of(path_of(page)) if head[0] == "claim" and not line.startswith("|---")]
     if not rows:
         faults.append(f"{path_of(page)} has no claims")
     return rows
 
 
-def rows_of(page):
+def listed(page):
     return "\n".join("| " + " | ".join([page[-4:], *row[:3], ": ".join(row[3:])]) + " |" for row in claims(page))
 
 
@@ -109,17 +103,24 @@ def judged(verdict, pages):
     return str(sum(row[3] == verdict for page in pages.split() for row in claims(page)))
 
 
+FILLED = {
+    r"claims of ([^{}]*)": listed,
+    r"holding of ([^{}]*)": holding,
+    r"N ([^{}]*?) of ([^{}]*)": judged,
+    r"instructions of ([^{}]*)": lambda call: recorded("check-instructions", call, 2),
+    r"earlier of ([^{}]*)": lambda call: recorded("check-instructions", call, 3),
+    r"size of ([^{}]*)": size,
+    r"commit of ([^{}]*)": commit,
+    r"version of ([^{}]*)": version,
+    r"(\S*) says ([^{}]*)": says,
+    r"([a-z-]*): ([^{}]*?): ([^{}:]*)": cell,
+}
+
+
 def fill(text):
-    text = re.sub(r"\{claims of ([^{}]*)\}", lambda m: rows_of(m.group(1)), text)
-    text = re.sub(r"\{holding of ([^{}]*)\}", lambda m: holding(m.group(1)), text)
-    text = re.sub(r"\{N ([^{}]*?) of ([^{}]*)\}", lambda m: judged(*m.groups()), text)
-    text = re.sub(r"\{instructions of ([^{}]*)\}", lambda m: instructions(m.group(1), 2), text)
-    text = re.sub(r"\{size of ([^{}]*)\}", lambda m: size(m.group(1)), text)
-    text = re.sub(r"\{earlier of ([^{}]*)\}", lambda m: instructions(m.group(1), 3), text)
-    text = re.sub(r"\{commit of ([^{}]*)\}", lambda m: commit(m.group(1)), text)
-    text = re.sub(r"\{version of ([^{}]*)\}", lambda m: version(m.group(1)), text)
-    text = re.sub(r"\{(\S*) says ([^{}]*)\}", lambda m: says(*m.groups()), text)
-    return re.sub(r"\{([a-z-]*): ([^{}]*?): ([^{}:]*)\}", lambda m: cell(*m.groups()), text)
+    for pattern, of in FILLED.items():
+        text = re.sub(r"\{" + pattern + r"\}", lambda m, of=of: of(*m.groups()), text)
+    return text
 
 
 page, *blocks = re.split(r"^=== (\w+) (\S+)\n", fill(read("scripts/performance.md")), flags=re.M)

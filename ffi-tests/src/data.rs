@@ -13,7 +13,7 @@ use glam::{DVec3, Vec3};
 use std::path::{Path, PathBuf};
 
 /// The folder of the data.
-pub const FOLDER: &str = "../shared/data";
+const FOLDER: &str = "../shared/data";
 
 /// Maps that the library was tuned on.
 pub const DEVELOPER: [&str; 5] = [
@@ -27,8 +27,17 @@ pub const DEVELOPER: [&str; 5] = [
 pub const OTHERS: [&str; 4] =
     ["adams_place_bridge_1k.hdr", "empty_warehouse_01_1k.hdr", "dikhololo_night_1k.hdr", "potsdamer_platz_1k.hdr"];
 
-fn file(kind: &str, name: &str) -> Option<PathBuf> {
+/// A file, if it is there.
+pub fn file(kind: &str, name: &str) -> Option<PathBuf> {
     Some(Path::new(FOLDER).join(kind).join(name)).filter(|path| path.exists())
+}
+
+/// All files of a kind, in the order of their names.
+pub fn files(kind: &str) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(Path::new(FOLDER).join(kind)).into_iter().flatten();
+    let mut files: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
+    files.sort();
+    files
 }
 
 /// A map, or the room of the project's own.
@@ -99,13 +108,8 @@ pub struct Brdf {
 /// # Errors
 /// A file that cannot be read.
 pub fn all_brdfs() -> Result<Vec<Brdf>> {
-    let folder = Path::new(FOLDER).join("brdfs");
-    let mut files: Vec<PathBuf> = std::fs::read_dir(folder)
-        .map(|entries| entries.filter_map(|entry| Some(entry.ok()?.path())).collect())
-        .unwrap_or_default();
-    files.sort();
     let mut brdfs = Vec::new();
-    for file in files {
+    for file in files("brdfs") {
         match file.extension().and_then(|extension| extension.to_str()) {
             Some("bsdf") => {
                 let measured = Measured::load(&file)?;

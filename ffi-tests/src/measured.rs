@@ -18,8 +18,3 @@ pub fn load(path: &Path) -> Result<&'static dyn Reflectance> {
         _ => bail!("{}: neither .bsdf nor .brdf", path.display()),
     })
 }
-
-/// Whether a name is that of a file that [`load`] reads.
-pub fn is_file(name: &str) -> bool {
-    name.ends_with(".bsdf") || name.ends_with(".brdf")
-}

@@ -305,7 +305,7 @@ pub fn picture(scene: &Scene, material: &Material, how: &How, frame: u32) -> cli
     let start = processor::seconds();
     let mut values = Vec::with_capacity(scene.points.len());
     for point in &scene.points {
-        values.push(shader.estimate(scene, point, &Bsdf::new(material, point), how, frame)?);
+        values.push(shader.estimate(scene, point, material, how, frame)?);
     }
     let points = scene.points.len() as f64;
     Ok(Picture { values, rays: shader.rays as f64 / points, us: (processor::seconds() - start) * 1e6 / points })
@@ -345,7 +345,7 @@ pub fn coloured(
 ) -> Result<(Vec<f64>, Vec<[f32; 3]>)> {
     let all = on_threads(&scene.points, |point| {
         let mut shader = Shader::coloured(colours);
-        let value = shader.estimate(scene, point, &Bsdf::new(material, point), how, 0)?;
+        let value = shader.estimate(scene, point, material, how, 0)?;
         Ok((value, shader.rgb.map(|c| c as f32)))
     })?;
     Ok(all.into_iter().unzip())
@@ -358,6 +358,21 @@ impl<'a> Shader<'a> {
     }
 }
 
+/// A point that is lit, and the seed of its random numbers.
+#[derive(Clone, Copy)]
+struct At<'a> {
+    scene: &'a Scene,
+    point: &'a ShadingPoint,
+    bsdf: &'a Bsdf,
+    seed: u32,
+}
+
+impl At<'_> {
+    fn sees(self, wi: Vec3) -> bool {
+        self.scene.visible(self.point, wi)
+    }
+}
+
 impl Shader<'_> {
     /// The light that a point reflects.
     ///
@@ -367,28 +382,27 @@ impl Shader<'_> {
         &mut self,
         scene: &Scene,
         point: &ShadingPoint,
-        bsdf: &Bsdf,
+        material: &Material,
         how: &How,
         frame: u32,
     ) -> client::Result<f64> {
-        let seed = client::pixel_seed(point.pixel, frame);
+        let (seed, bsdf) = (client::pixel_seed(point.pixel, frame), &Bsdf::new(material, point));
+        let at = At { scene, point, bsdf, seed };
         (self.sum, self.rgb) = (0.0, [0.0; 3]);
         match *how {
             How::Lights(lights) => {
                 lights.contributions(bsdf, &mut self.contributions);
-                self.traced(scene, point, lights, |i| Ok(lights.each[i]))?;
+                self.traced(at, lights, |i| Ok(lights.each[i]))?;
             }
             How::OneByOne(lights) => {
                 self.contributions.clear();
                 let energy = |i: usize| lights.energy[i / LANES].to_array()[i % LANES];
                 self.contributions.extend((0..lights.count).map(|i| bsdf.eval_one(lights.each[i]).0 * energy(i)));
-                self.traced(scene, point, lights, |i| Ok(lights.each[i]))?;
+                self.traced(at, lights, |i| Ok(lights.each[i]))?;
             }
-            How::Sorted(lights, threshold, few) => self.sorted(scene, point, bsdf, (lights, threshold, few), seed)?,
-            How::Picked(lights, share, level) => self.picked(scene, point, bsdf, (lights, share, level), false, seed),
-            How::Controlled(lights, share, level) => {
-                self.picked(scene, point, bsdf, (lights, share, level), true, seed);
-            }
+            How::Sorted(lights, threshold, few) => self.sorted(at, lights, threshold, few)?,
+            How::Picked(lights, share, level) => self.picked(at, lights, share, level, false),
+            How::Controlled(lights, share, level) => self.picked(at, lights, share, level, true),
             How::Spread(lights, jitter, places) => {
                 self.contributions.clear();
                 self.draw(seed, places);
@@ -399,29 +413,28 @@ impl Shader<'_> {
                     }
                     self.contributions.push(sum / places as f32 * lights.energy[i / LANES].to_array()[i % LANES]);
                 }
-                self.traced(scene, point, lights, |i| Ok(lights.each[i]))?;
+                self.traced(at, lights, |i| Ok(lights.each[i]))?;
             }
             How::Jittered(lights, jitter) => {
                 lights.contributions(bsdf, &mut self.contributions);
                 self.draw(seed, lights.count);
                 let u = std::mem::take(&mut self.u);
-                let traced =
-                    self.traced(scene, point, lights, |i| Ok(Vec3::from_array(jitter.sample(i as u32, u[i])?.0)));
+                let traced = self.traced(at, lights, |i| Ok(Vec3::from_array(jitter.sample(i as u32, u[i])?.0)));
                 self.u = u;
                 traced?;
             }
             How::Importance(raster, count) => {
                 let sample = |i: usize, u: [f32; 2], place: [f32; 2]| raster.stratified(i, count, u, place);
-                self.sampled(scene, point, bsdf, (raster.light, count, seed), sample, |wi| raster.pdf(wi));
+                self.sampled(at, raster.light, count, sample, |wi| raster.pdf(wi));
             }
             How::Uniform(light, count) => {
                 let sample = |_: usize, u: [f32; 2], _: [f32; 2]| directions::hemisphere(point.normal, u);
-                self.sampled(scene, point, bsdf, (light, count, seed), sample, |_| 1.0 / f64::from(TAU));
+                self.sampled(at, light, count, sample, |_| 1.0 / f64::from(TAU));
             }
             How::Brdf(light, count) => {
                 let sample = |_: usize, u: [f32; 2], _: [f32; 2]| bsdf.sample_one(u);
                 let pdf = |wi: Vec3| f64::from(bsdf.eval_one(wi).1);
-                self.sampled(scene, point, bsdf, (light, count, seed), sample, pdf);
+                self.sampled(at, light, count, sample, pdf);
             }
             How::Mis(raster, count) => {
                 let half = count / 2;
@@ -430,7 +443,7 @@ impl Shader<'_> {
                 };
                 // The mean of both densities, each of half of the samples: the balance heuristic.
                 let pdf = |wi: Vec3| 0.5 * (raster.pdf(wi) + f64::from(bsdf.eval_one(wi).1));
-                self.sampled(scene, point, bsdf, (raster.light, 2 * half, seed), sample, pdf);
+                self.sampled(at, raster.light, 2 * half, sample, pdf);
             }
         }
         Ok(self.sum)
@@ -453,8 +466,7 @@ impl Shader<'_> {
     /// Adds the contributions whose direction is seen.
     fn traced(
         &mut self,
-        scene: &Scene,
-        point: &ShadingPoint,
+        at: At,
         lights: &Lights,
         direction: impl Fn(usize) -> client::Result<Vec3>,
     ) -> client::Result<()> {
@@ -462,7 +474,7 @@ impl Shader<'_> {
             let contribution = f64::from(self.contributions[i]);
             if contribution > 0.0 {
                 self.rays += 1;
-                if scene.visible(point, direction(i)?) {
+                if at.sees(direction(i)?) {
                     self.add(contribution, |_| lights.tints[i]);
                 }
             }
@@ -470,15 +482,8 @@ impl Shader<'_> {
         Ok(())
     }
 
-    fn sorted(
-        &mut self,
-        scene: &Scene,
-        point: &ShadingPoint,
-        bsdf: &Bsdf,
-        (lights, threshold, few): (&Lights, f32, usize),
-        seed: u32,
-    ) -> client::Result<()> {
-        lights.contributions(bsdf, &mut self.contributions);
+    fn sorted(&mut self, at: At, lights: &Lights, threshold: f32, few: usize) -> client::Result<()> {
+        lights.contributions(at.bsdf, &mut self.contributions);
         self.index.resize(lights.count, 0);
         let traced = client::order(&self.contributions, threshold, &mut self.index)?;
         self.rest.clear();
@@ -486,7 +491,7 @@ impl Shader<'_> {
         self.rest.extend(self.index[traced..].iter().copied().filter(|i| contributions[*i as usize] > 0.0));
         let few = few.min(self.rest.len());
         self.rays += (traced + few) as u64;
-        let seen = |i: u32| scene.visible(point, lights.each[i as usize]);
+        let seen = |i: u32| at.sees(lights.each[i as usize]);
         for k in 0..traced {
             let i = self.index[k];
             if seen(i) {
@@ -499,7 +504,7 @@ impl Shader<'_> {
         // Chosen by contribution, the share that is seen estimates the rest without bias.
         let value = |contributions: &[f32], i: u32| f64::from(contributions[i as usize]);
         let whole: f64 = self.rest.iter().map(|&i| value(&self.contributions, i)).sum();
-        self.draw(seed, few);
+        self.draw(at.seed, few);
         for k in 0..few {
             let mut left = f64::from(self.u[k][0]) * whole;
             let chosen = self.rest.iter().copied().find(|&i| {
@@ -515,23 +520,15 @@ impl Shader<'_> {
 
     /// Lights whose contribution is at least a step are traced. A random start makes the others an estimate without bias: each is picked
     /// with the probability contribution / step, and stands for a whole step.
-    fn picked(
-        &mut self,
-        scene: &Scene,
-        point: &ShadingPoint,
-        bsdf: &Bsdf,
-        (lights, share, level): (&Lights, f32, Option<f64>),
-        control: bool,
-        seed: u32,
-    ) {
-        lights.contributions(bsdf, &mut self.contributions);
+    fn picked(&mut self, at: At, lights: &Lights, share: f32, level: Option<f64>, control: bool) {
+        lights.contributions(at.bsdf, &mut self.contributions);
         let level = level.unwrap_or_else(|| f64::from(self.contributions.iter().sum::<f32>()));
         let step = f64::from(share) * level;
-        self.draw(seed, 1);
+        self.draw(at.seed, 1);
         let mut next = f64::from(self.u[0][0]) * step;
         let seen = |shader: &mut Self, light: usize| {
             shader.rays += 1;
-            f64::from(u8::from(scene.visible(point, lights.each[light])))
+            f64::from(u8::from(at.sees(lights.each[light])))
         };
         let mut before = 0.0;
         for &light in &lights.along {
@@ -558,21 +555,20 @@ impl Shader<'_> {
     /// Adds the mean of samples over their density.
     fn sampled(
         &mut self,
-        scene: &Scene,
-        point: &ShadingPoint,
-        bsdf: &Bsdf,
-        (light, count, seed): (&Light, usize, u32),
+        at: At,
+        light: &Light,
+        count: usize,
         sample: impl Fn(usize, [f32; 2], [f32; 2]) -> Vec3,
         pdf: impl Fn(Vec3) -> f64,
     ) {
-        self.draw(seed, 2 * count);
+        self.draw(at.seed, 2 * count);
         for i in 0..count {
             let wi = sample(i, self.u[i], self.u[count + i]);
             let radiance = light.radiance(wi);
-            let value = f64::from(bsdf.eval_one(wi).0 * radiance);
+            let value = f64::from(at.bsdf.eval_one(wi).0 * radiance);
             if value > 0.0 {
                 self.rays += 1;
-                if scene.visible(point, wi) {
+                if at.sees(wi) {
                     let tint = |colours: &[Light; 3]| colours.each_ref().map(|c| c.radiance(wi) / radiance);
                     self.add(value / pdf(wi) / count as f64, tint);
                 }

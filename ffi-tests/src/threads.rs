@@ -2,7 +2,6 @@
 
 use anyhow::Result;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 pub const THREADS: usize = 2;
 /// Items are taken in so many portions by each thread.
@@ -16,28 +15,17 @@ const PORTIONS: usize = 32;
 /// # Panics
 /// A thread panics.
 pub fn on_threads<T: Sync, R: Send>(items: &[T], each: impl Fn(&T) -> Result<R> + Sync) -> Result<Vec<R>> {
-    let portions: Vec<&[T]> = items.chunks(items.len().div_ceil(THREADS * PORTIONS).max(1)).collect();
-    let (next, done) = (AtomicUsize::new(0), Mutex::new(Vec::with_capacity(portions.len())));
-    std::thread::scope(|scope| {
-        for _ in 0..THREADS {
-            scope.spawn(|| {
-                while let Some((number, portion)) = take(&next, &portions) {
-                    let answers = portion.iter().map(&each).collect::<Result<Vec<R>>>();
-                    done.lock().expect("no thread panics").push((number, answers));
-                }
-            });
+    let portions = items.chunks(items.len().div_ceil(THREADS * PORTIONS).max(1)).enumerate();
+    let (portions, done) = (Mutex::new(portions), Mutex::new(Vec::new()));
+    let take = || portions.lock().expect("no thread panics").next();
+    let work = || {
+        while let Some((number, portion)) = take() {
+            let answers = portion.iter().map(&each).collect::<Result<Vec<R>>>();
+            done.lock().expect("no thread panics").push((number, answers));
         }
-    });
+    };
+    std::thread::scope(|scope| (0..THREADS).for_each(|_| _ = scope.spawn(work)));
     let mut done = done.into_inner().expect("no thread panics");
     done.sort_by_key(|(number, _)| *number);
-    let mut all = Vec::with_capacity(items.len());
-    for (_, answers) in done {
-        all.extend(answers?);
-    }
-    Ok(all)
-}
-
-fn take<'a, T>(next: &AtomicUsize, portions: &[&'a [T]]) -> Option<(usize, &'a [T])> {
-    let number = next.fetch_add(1, Ordering::Relaxed);
-    Some((number, *portions.get(number)?))
+    Ok(done.into_iter().map(|(_, answers)| answers).collect::<Result<Vec<_>>>()?.into_iter().flatten().collect())
 }

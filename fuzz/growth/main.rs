@@ -13,7 +13,7 @@ use crate::world::World;
 use anyhow::{Context, Result, bail, ensure};
 use clap::Parser;
 use std::collections::{BTreeMap, BTreeSet};
-use std::process::{Command, ExitCode};
+use std::process::Command;
 use wis_fuzz::header;
 
 #[derive(Parser)]
@@ -30,16 +30,9 @@ struct Options {
     measure: bool,
 }
 
-fn main() -> ExitCode {
+fn main() -> Result<()> {
     let options = Options::parse();
-    let outcome = if options.measure { measure(&options) } else { judge(&options) };
-    match outcome {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(fault) => {
-            eprintln!("{fault}");
-            ExitCode::FAILURE
-        }
-    }
+    if options.measure { measure(&options) } else { judge(&options) }
 }
 
 /// Runs every function at every size and prints what was run.

@@ -3,7 +3,6 @@
 use anyhow::Result;
 use clap::Parser;
 use std::path::PathBuf;
-use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 use wis_fuzz::play::{Words, play};
@@ -35,17 +34,8 @@ struct Options {
     corpus: Option<PathBuf>,
 }
 
-fn main() -> ExitCode {
-    match run(&Options::parse()) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(fault) => {
-            eprintln!("{fault}");
-            ExitCode::FAILURE
-        }
-    }
-}
-
-fn run(options: &Options) -> Result<()> {
+fn main() -> Result<()> {
+    let options = Options::parse();
     alarm::set();
     if let Some(list) = &options.replays {
         return again::replays(&options.library, list);

@@ -360,33 +360,20 @@ fn number(case: &mut Case, parameter: &Parameter) -> u64 {
         return strided(case, parameter, decided as u64);
     }
     let hostile = case.is_spoiled();
-    match parameter.scalar {
-        Scalar::F32 => {
-            let random = &mut case.random;
-            let value = if hostile { random.hard() } else { random.unit() };
-            value.to_bits().into()
-        }
-        Scalar::F64 => {
-            let random = &mut case.random;
-            let value = match parameter.name.as_str() {
-                _ if hostile => random.hard(),
-                _ => random.unit(),
-            };
-            f64::from(value).to_bits()
-        }
-        _ => {
-            let (value, most) = whole(case, parameter);
-            if !hostile {
-                return value;
-            }
-            let bits = case.random.bits() >> 32;
-            // A value beyond the most is hostile already.
-            if value > most {
-                value
-            } else {
-                case.random.pick(&[0, 1, value + 1, 1 << 31, u64::from(u32::MAX), bits]).min(most)
-            }
-        }
+    if parameter.scalar.is_float() {
+        let value = if hostile { case.random.hard() } else { case.random.unit() };
+        return if parameter.scalar == Scalar::F32 { value.to_bits().into() } else { f64::from(value).to_bits() };
+    }
+    let (value, most) = whole(case, parameter);
+    if !hostile {
+        return value;
+    }
+    let bits = case.random.bits() >> 32;
+    // A value beyond the most is hostile already.
+    if value > most {
+        value
+    } else {
+        case.random.pick(&[0, 1, value + 1, 1 << 31, u64::from(u32::MAX), bits]).min(most)
     }
 }
 

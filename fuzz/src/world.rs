@@ -7,9 +7,9 @@ use crate::maps::Maps;
 use crate::memory::Memory;
 use crate::pool::Pool;
 use crate::random::Random;
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result};
+use libloading::os::unix::{Library, RTLD_NOW};
 use std::collections::BTreeMap;
-use std::ffi::CString;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Calls so far: what the watchdog sees move.
@@ -20,16 +20,12 @@ pub static CALLS: AtomicU64 = AtomicU64::new(0);
 /// # Errors
 /// It is none, or lacks one.
 pub fn addresses(library: &str, headers: &Headers) -> Result<BTreeMap<String, usize>> {
-    let path = CString::new(library)?;
     // SAFETY: the library has no initialisers.
-    let handle = unsafe { libc::dlopen(path.as_ptr(), libc::RTLD_NOW) };
-    ensure!(!handle.is_null(), "{library}: not a shared library");
+    let opened = Box::leak(Box::new(unsafe { Library::open(Some(library), RTLD_NOW) }?));
     let address = |function: &Function| {
-        let symbol = CString::new(function.name.as_str())?;
-        // SAFETY: the handle is open.
-        let address = unsafe { libc::dlsym(handle, symbol.as_ptr()) } as usize;
-        ensure!(address != 0, "{library} has no {}", function.name);
-        Ok((function.name.clone(), address))
+        // SAFETY: nothing is called here, and nothing closes the library.
+        let symbol = unsafe { opened.get::<*const ()>(function.name.as_bytes()) }?;
+        Ok((function.name.clone(), *symbol as usize))
     };
     headers.functions.iter().map(address).collect()
 }

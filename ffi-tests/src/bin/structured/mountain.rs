@@ -5,7 +5,7 @@ use anyhow::Result;
 use std::fmt::Write;
 use wis_ffi_tests::directions;
 use wis_ffi_tests::images::displayed_difference;
-use wis_ffi_tests::material::{Bsdf, Material};
+use wis_ffi_tests::material::Material;
 use wis_ffi_tests::mesh::Mesh;
 use wis_ffi_tests::paper::{Paper, VISIBLE, columns};
 use wis_ffi_tests::points;
@@ -109,7 +109,7 @@ fn with_bounce(scene: &Scene, material: &Material, direct: &How, far: &How) -> R
     let (mut shader, start) = (Shader::default(), processor::seconds());
     let mut values = Vec::with_capacity(scene.points.len());
     for point in &scene.points {
-        let near = shader.estimate(scene, point, &Bsdf::new(material, point), direct, 0)?;
+        let near = shader.estimate(scene, point, material, direct, 0)?;
         values.push(near + bounce(&mut shader, scene, material, point, far)?);
     }
     let points = scene.points.len() as f64;
@@ -128,7 +128,7 @@ fn bounce(shader: &mut Shader, scene: &Scene, material: &Material, point: &Shadi
         let normal = if hit.normal.dot(wi) < 0.0 { hit.normal } else { -hit.normal };
         let origin = point.origin + wi * hit.distance + normal * 1e-4;
         let there = ShadingPoint { origin, normal, wo: -wi, ..*point };
-        value += ALBEDO * shader.estimate(scene, &there, &Bsdf::new(material, &there), far, 2)? / BOUNCES as f64;
+        value += ALBEDO * shader.estimate(scene, &there, material, far, 2)? / BOUNCES as f64;
     }
     Ok(value)
 }

@@ -8,7 +8,7 @@ mod size;
 use self::page::{Fits, Results};
 use crate::speed::{self, Speed};
 use anyhow::{Result, ensure};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use wis_ffi_tests::client::Density;
 use wis_ffi_tests::data;
 use wis_ffi_tests::environment;
@@ -63,15 +63,8 @@ fn check(results: &Results) -> Result<()> {
 
 /// Every map that is there, and those of the project's own.
 fn lights() -> Result<Vec<Light>> {
-    let folder = Path::new(data::FOLDER).join("envmaps");
-    let mut files: Vec<PathBuf> = std::fs::read_dir(folder)
-        .map(|entries| entries.filter_map(|entry| Some(entry.ok()?.path())).collect())
-        .unwrap_or_default();
-    files.sort();
-    let mut lights = Vec::new();
-    for file in files {
-        lights.push(Light::load(&file)?);
-    }
+    let files = data::files("envmaps");
+    let mut lights = files.iter().map(|file| Light::load(file)).collect::<Result<Vec<_>>>()?;
     lights.extend([Light::room(1024), Light::field(1024)]);
     lights.extend(suns(512));
     Ok(lights)

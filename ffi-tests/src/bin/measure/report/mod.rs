@@ -32,7 +32,7 @@ use wis_ffi_tests::setting::{Lit, Setting};
 pub fn run(options: Options) -> Result<()> {
     let studies = studies::all(&options)?;
     let (repeats, most) = if options.quick { (4, 1024) } else { (8, 4096) };
-    let bench = Bench { cache: options.cache.clone(), most, repeats, references: options.references };
+    let bench = Bench { cache: options.cache.clone(), most, repeats };
     let count = studies.iter().map(|study| study.lights.len() * study.materials.len()).sum::<usize>();
     let progress = ProgressBar::new(count as u64);
     progress.set_style(ProgressStyle::with_template("{bar:40} {pos}/{len} {elapsed} of {eta} left  {msg}")?);
@@ -41,9 +41,6 @@ pub fn run(options: Options) -> Result<()> {
         cells.extend(bench.study(study, &progress)?);
     }
     progress.finish_and_clear();
-    if options.references {
-        return Ok(());
-    }
     let goals = goals::Measured::new(&studies, options.quick)?;
     let run = Run {
         machine: machine(),
@@ -68,8 +65,6 @@ pub struct Bench {
     /// The most samples of each technique in half of a reference.
     most: usize,
     repeats: u32,
-    /// Whether they are all that is wanted.
-    references: bool,
 }
 
 impl Bench {
@@ -82,11 +77,7 @@ impl Bench {
             for material in &study.materials {
                 progress.set_message(format!("{}, {}, {}", study.name, light.name, material.name));
                 let setting = Setting::new(&lit, material).within(room.as_ref());
-                if self.references {
-                    self.reference(&study.scene, &setting, self.most_of(&setting))?;
-                } else {
-                    cells.push(self.cell(study, &setting)?);
-                }
+                cells.push(self.cell(study, &setting)?);
                 progress.inc(1);
             }
         }

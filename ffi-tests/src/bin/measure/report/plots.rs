@@ -219,7 +219,7 @@ fn heat_colour(gain: f64) -> RGBColor {
 /// # Errors
 /// Those of drawing.
 pub fn distance(cells: &[&Cell], materials: &[String]) -> Result<String> {
-    const SHOWN: [&str; 4] = ["direct", "product", "wavelet product", "MIS compensated"];
+    const SHOWN: [&str; 3] = ["direct", "product", "MIS compensated"];
     let Some(first) = cells.first() else { return svg((10, 10), |_| Ok(())) };
     let counts = gains::counts(first);
     svg((1120, 360), |root| {

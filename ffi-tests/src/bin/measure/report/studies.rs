@@ -1,13 +1,12 @@
 //! What is measured: groups of cells that answer one question each.
 
-use anyhow::{Context, Result, bail};
+use anyhow::Result;
 use clap::Parser;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use wis_ffi_tests::data;
 use wis_ffi_tests::light::Light;
 use wis_ffi_tests::material::Material;
 use wis_ffi_tests::measure::Cell;
-use wis_ffi_tests::measured;
 use wis_ffi_tests::mesh::Mesh;
 use wis_ffi_tests::scene::{Scene, View};
 
@@ -20,27 +19,12 @@ pub struct Options {
     /// A Radiance or OpenEXR map, lat-long or vertical cross; may be repeated
     #[arg(long)]
     pub map: Vec<PathBuf>,
-    /// An OBJ or PLY mesh, y up, in place of those of the studies
-    #[arg(long)]
-    pub mesh: Option<PathBuf>,
-    /// A material by its name (Lambert, "GGX 0.5", ...), or a measured one by its .bsdf or .brdf file; may be repeated
-    #[arg(long)]
-    pub material: Vec<String>,
-    /// A study by its name ("single hits", room, ...); may be repeated
-    #[arg(long)]
-    pub study: Vec<String>,
-    /// Shading points in a scene
-    #[arg(long)]
-    pub points: Option<usize>,
     /// Where report.md goes with its plots, and cells.tsv with every number behind it
     #[arg(long, default_value = "report")]
     pub out: PathBuf,
     /// Also writes the page to this file, with its plots in a folder of its name
     #[arg(long)]
     pub docs: Option<PathBuf>,
-    /// Computes references and nothing else
-    #[arg(long)]
-    pub references: bool,
     /// Where references and measured cells are kept
     #[arg(long, default_value = "build/report")]
     pub cache: PathBuf,
@@ -105,8 +89,9 @@ const MEASURED_FILES: [&str; 2] = ["satin_rosaline_rgb.bsdf", "cc_iris_purple_ge
 /// # Errors
 /// A map or a mesh that cannot be read.
 pub fn all(options: &Options) -> Result<Vec<Study>> {
-    let points = options.points.unwrap_or(if options.quick { 100 } else { 240 });
-    let (lights, lobes) = (lights(options)?, lobes(options)?);
+    let points = if options.quick { 100 } else { 240 };
+    let (lights, mut lobes) = (lights(options)?, Material::all());
+    lobes.retain(|m| if options.quick { ["Lambert", "GGX 0.2"].contains(&&*m.name) } else { m.name != "GGX 0.01" });
     let broad: Vec<Material> =
         lobes.iter().filter(|m| !m.name.ends_with("0.5") && !m.name.ends_with("0.05")).cloned().collect();
     let spot = mesh(options, "spot.obj");
@@ -160,17 +145,10 @@ pub fn all(options: &Options) -> Result<Vec<Study>> {
         small(ROOM, Scene::room(inside, View::Points(points))?, &broad, &[1, 4, 16])?,
         Study { timed: 48, repeats: 8, ..suns()? },
     ];
-    let measured = MEASURED_FILES.map(|name| Path::new(data::FOLDER).join("brdfs").join(name));
-    if measured.iter().all(|path| path.exists()) {
+    let measured: Vec<PathBuf> = MEASURED_FILES.into_iter().filter_map(|name| data::file("brdfs", name)).collect();
+    if measured.len() == MEASURED_FILES.len() {
         let materials = measured.iter().map(|path| Material::measured(path)).collect::<Result<Vec<_>>>()?;
         studies.push(small(MEASURED, of_spot(View::Points(points / 2))?, &materials, &[1, 4, 16])?);
-    }
-    if !options.study.is_empty() {
-        let known: Vec<&str> = studies.iter().map(|study| study.name).collect();
-        if let Some(name) = options.study.iter().find(|name| !known.contains(&name.as_str())) {
-            bail!("no study {name}; there are {}", known.join(", "));
-        }
-        studies.retain(|study| options.study.iter().any(|name| name == study.name));
     }
     Ok(studies)
 }
@@ -203,10 +181,9 @@ pub fn is_sun(light: &str) -> bool {
     light == SUN || light.starts_with("rooitou")
 }
 
-/// The mesh that was asked for, or one of the data if it is there.
+/// A mesh of the data, if it is there.
 fn mesh(options: &Options, name: &str) -> Option<PathBuf> {
-    let usual = Path::new(data::FOLDER).join("meshes").join(name);
-    options.mesh.clone().or_else(|| (usual.exists() && !options.quick).then_some(usual))
+    data::file("meshes", name).filter(|_| !options.quick)
 }
 
 fn lights(options: &Options) -> Result<Vec<Light>> {
@@ -214,13 +191,12 @@ fn lights(options: &Options) -> Result<Vec<Light>> {
         return options.map.iter().map(|path| Light::load(path)).collect();
     }
     let width = width(options);
-    let maps = MAPS.map(|name| Path::new(data::FOLDER).join("envmaps").join(name));
-    let there: Vec<&PathBuf> = maps.iter().filter(|map| map.exists() && !options.quick).collect();
-    let mut lights = if there.is_empty() {
-        if options.quick { vec![Light::windows(width)] } else { vec![Light::room(width), Light::field(width)] }
-    } else {
-        there.into_iter().map(|map| Light::load(map)).collect::<Result<Vec<_>>>()?
-    };
+    let maps = MAPS.into_iter().filter_map(|name| data::file("envmaps", name).filter(|_| !options.quick));
+    let mut lights = maps.map(|map| Light::load(&map)).collect::<Result<Vec<_>>>()?;
+    if lights.is_empty() {
+        lights =
+            if options.quick { vec![Light::windows(width)] } else { vec![Light::room(width), Light::field(width)] };
+    }
     lights.push(own_sun(options));
     Ok(lights)
 }
@@ -233,23 +209,6 @@ fn width(options: &Options) -> usize {
 fn own_sun(options: &Options) -> Light {
     let width = width(options);
     Light::unclipped(SUN, width, 2, [width / 10, width / 7])
-}
-
-fn lobes(options: &Options) -> Result<Vec<Material>> {
-    let all: Vec<Material> = Material::all().into_iter().filter(|m| m.name != "GGX 0.01").collect();
-    let by_name = |name: &String| {
-        if measured::is_file(name) {
-            return Material::measured(Path::new(name));
-        }
-        let found = all.iter().find(|m| m.name.eq_ignore_ascii_case(name)).cloned();
-        let known = || all.iter().map(|m| m.name.as_str()).collect::<Vec<_>>().join(", ");
-        found.with_context(|| format!("no material {name}; there are {}", known()))
-    };
-    match (options.material.is_empty(), options.quick) {
-        (false, _) => options.material.iter().map(by_name).collect(),
-        (true, true) => Ok(vec![Material::lambert(), Material::ggx(0.2)]),
-        (true, false) => Ok(all),
-    }
 }
 
 #[cfg(test)]

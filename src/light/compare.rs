@@ -515,11 +515,8 @@ fn look_ups(by: &Hypothesis, built: LookUp, layout: Layout) -> impl Iterator<Ite
     let rows = if layout == Layout::LatLong { 2 } else { 1 };
     let count = if by.error > LEAST_DIFFERENCE { SHIFTS.len() * SHIFTS.len() * 4 } else { 0 };
     (0..count).filter(move |code| code / 2 % 2 < rows).map(move |code| {
-        let filter = match (code % 2, built.filter) {
-            (0, filter) => filter,
-            (_, Filter::Bilinear) => Filter::Nearest,
-            (_, Filter::Nearest) => Filter::Bilinear,
-        };
+        let is_bilinear = (built.filter == Filter::Bilinear) == (code % 2 == 0);
+        let filter = if is_bilinear { Filter::Bilinear } else { Filter::Nearest };
         let rows_at_poles = built.rows_at_poles != (code / 2 % 2 == 1);
         let look_up = LookUp { filter, rows_at_poles, shift: [SHIFTS[code / 4 % 3], SHIFTS[code / 12 % 3]] };
         // Of several changes the one that costs most.

@@ -760,18 +760,14 @@ impl<'a, 'b> Build<'a, 'b> {
         let (mut at, mut total) = (0, 0.0);
         while at < out.len() {
             match Node::waiting(out, at) {
-                Some(node) if node.count > least => total += self.divide(node, out),
+                Some(node) if node.count > least => {
+                    let (field, group) = (self.field, self.group);
+                    total += field.divide(&self.read(&node), node, group, out);
+                }
                 node => at += node.map_or(1, |node| node.count.max(1) as usize),
             }
         }
         total
-    }
-
-    /// Cuts a node until its parts are strata, or too small for its grid. Answers the sum of area x integral of the square over the strata.
-    fn divide(&mut self, node: Node, out: &mut [[f32; 4]]) -> f64 {
-        let (field, group) = (self.field, self.group);
-        let grid = self.read(&node);
-        field.divide(&grid, node, group, out)
     }
 
     /// The grid of a node's box.
@@ -828,7 +824,8 @@ impl Node {
 }
 
 impl Field<'_> {
-    /// As [`Build::divide`], in the grid of the node. Apart, so that sums are not on the stack with what reads a grid.
+    /// Cuts a node until its parts are strata, or too small for its grid. Answers the sum of area x integral of the square over the strata.
+    /// Apart, so that sums are not on the stack with what reads a grid.
     #[inline(never)]
     fn divide(&self, grid: &Grid<'_>, node: Node, group: u32, out: &mut [[f32; 4]]) -> f64 {
         let size = grid.spans[0].size;

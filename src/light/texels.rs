@@ -316,11 +316,8 @@ impl Texels<'_> {
     /// As [`Texels::texel`], for places up to two beyond the border.
     fn texel_near(&self, face: u32, x: i64, y: i64) -> f32 {
         let [width, height] = self.plan.texels.map(i64::from);
-        self.texel(
-            face,
-            if self.plan.of.layout == Layout::LatLong { x } else { x.max(-1).min(width) },
-            y.max(-1).min(height),
-        )
+        let x = if self.plan.of.layout == Layout::LatLong { x } else { x.max(-1).min(width) };
+        self.texel(face, x, y.max(-1).min(height))
     }
 
     /// Hands out each patch of a tile of single patches: its place in the tile, the weights of its corners, their light (for a nearest

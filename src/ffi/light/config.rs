@@ -47,6 +47,11 @@ pub const WIS_ENVIRONMENT_RAYS_ONLY: u32 = 64;
 /// Negative channels count by their size instead of as 0: pdf > 0 wherever |L| > 0.
 pub const WIS_ENVIRONMENT_ABSOLUTE: u32 = 32;
 
+/// By their numbers: WIS_FORMAT_*, from 1 on.
+const FORMATS: [Format; 2] = [Format::F32, Format::F16];
+/// By their numbers: WIS_FILTER_*.
+const FILTERS: [Filter; 2] = [Filter::Bilinear, Filter::Nearest];
+
 /// The switches of a description.
 const SWITCHES: [u32; 5] = [
     WIS_ENVIRONMENT_ROWS_AT_POLES,
@@ -114,25 +119,17 @@ impl Request {
     /// [`Error`] names the field.
     pub fn new(config: &LightConfig) -> Result<Request, Error> {
         let &LightConfig { width, height, channels, flags, error_budget, .. } = config;
-        // Layouts are counted from 1 on.
+        // Layouts and formats are counted from 1 on.
         let layout = LAYOUTS.get((config.layout as usize).wrapping_sub(1)).ok_or(Error::range(c"layout"))?;
-        let format = match config.format {
-            WIS_FORMAT_F32 => Format::F32,
-            WIS_FORMAT_F16 => Format::F16,
-            _ => return Err(Error::range(c"format")),
-        };
-        let filter = match config.filter {
-            WIS_FILTER_BILINEAR => Filter::Bilinear,
-            WIS_FILTER_NEAREST => Filter::Nearest,
-            _ => return Err(Error::range(c"filter")),
-        };
+        let format = FORMATS.get((config.format as usize).wrapping_sub(1)).ok_or(Error::range(c"format"))?;
+        let filter = FILTERS.get(config.filter as usize).ok_or(Error::range(c"filter"))?;
         let known = SWITCHES.iter().sum::<u32>() | WIS_ENVIRONMENT_SANITISE | WIS_ENVIRONMENT_ABSOLUTE;
         Error::first([(matches!(channels, 1 | 3 | 4), c"channels"), (flags & !known == 0, c"flags")])?;
         let [sanitise, absolute] = [WIS_ENVIRONMENT_SANITISE, WIS_ENVIRONMENT_ABSOLUTE].map(|flag| flags & flag != 0);
         // -0 is 0.
         let budget = if error_budget == 0.0 { 0.0 } else { error_budget };
-        let of = Description::new(*layout, [width, height], filter, budget).switched(flags, SWITCHES);
-        let pixels = Pixels { channels, format, sanitise, absolute };
+        let of = Description::new(*layout, [width, height], *filter, budget).switched(flags, SWITCHES);
+        let pixels = Pixels { channels, format: *format, sanitise, absolute };
         Ok(Request { plan: Plan::new(&of.as_read())?, pixels, frame: Frame::IDENTITY, flags })
     }
 

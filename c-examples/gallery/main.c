@@ -39,7 +39,7 @@ static const char HELP[] =
     "  --data FOLDER      with envmaps/ and meshes/ (default: a sky and a knot are made)\n"
     "  --map FILE         a lat-long map, .hdr or .exr, in place of those of the data\n"
     "  --only NAME        one picture\n"
-    "  --page FILE.md     also write this page\n"
+    "  --page FILE        of the tables (default: the terminal)\n"
     "  --seconds S        processor time of each method in each picture (default: 7)\n"
     "  --reference S      of each of two references (default: 14)\n"
     "  --samples N        at each hit, even (default: 4)\n"
@@ -193,8 +193,7 @@ int main(int count, char **arguments) {
     page = (Page){results, rendered, o.width, o.height, o.samples, o.seconds, o.reference_seconds,
                   o.only == NULL ? (const Result(*)[COUNTS])small : NULL, counts};
     if (done) {
-        page_print(&page);
-        done = o.page == NULL || page_write(&page, o.page) || complain(o.page, "cannot be written");
+        done = page_write(&page, o.page) || complain("--page", "cannot be written");
     }
     return done ? EXIT_SUCCESS : EXIT_FAILURE;
 }

@@ -91,6 +91,9 @@ static void write_errors(FILE *f, const Page *page) {
 }
 
 static void write_counts(FILE *f, const Page *page) {
+    if (page->small == NULL) {
+        return;
+    }
     fputs("| picture | metric |", f);
     for (uint32_t k = 0; k < COUNTS; k++) {
         fprintf(f, " %u samples |", page->counts[k]);
@@ -115,66 +118,26 @@ static void write_inputs(FILE *f, const Page *page) {
     }
 }
 
-void page_print(const Page *page) {
-    write_gains(stdout, page);
-    putchar('\n');
-    write_per_sample(stdout, page);
-    putchar('\n');
-    write_errors(stdout, page);
-    if (page->small != NULL) {
-        putchar('\n');
-        write_counts(stdout, page);
+static void write_pictures(FILE *f, const Page *page) {
+    for (uint32_t i = 0; i < page->count; i++) {
+        const Picture *p = page->results[i].picture;
+        if (p->in_page) {
+            fprintf(f, "![%s: MIS, wis_direct, reference](gallery/%s.png)\n\n*A part of **%s**: %s; %s. MIS and `wis_direct` took "
+                       "%.1f s each. The relative MSE is\nthat of the whole picture.*\n\n",
+                    p->name, p->name, p->name, p->surface, p->light, page->results[i].verdict.seconds[DIRECT]);
+        }
     }
 }
 
 bool page_write(const Page *page, const char *path) {
-    FILE *f = fopen(path, "w");
-    if (f == NULL) {
-        return false;
+    static const struct { const char *name; void (*write)(FILE *f, const Page *page); } parts[] = {
+        {"verdicts", write_verdicts}, {"pictures", write_pictures}, {"gains", write_gains}, {"per sample", write_per_sample},
+        {"errors", write_errors}, {"counts", write_counts}, {"inputs", write_inputs}};
+    FILE *f = path != NULL ? fopen(path, "w") : stdout;
+    for (size_t i = 0; f != NULL && i < sizeof parts / sizeof parts[0]; i++) {
+        fprintf(f, "=== %s\n", parts[i].name);
+        parts[i].write(f, page);
     }
-    fputs("# Gallery\n\nDirect light in six pictures. Each method had the same processor time.\n\n", f);
-    write_verdicts(f, page);
-    fputs("\nAbove 1x, `wis_direct` has the lower error. It gains least, or loses, in two cases:\n\n"
-          "- The brightest light is blocked. Neither method knows that, but MIS spends half of its samples on the BRDF, whatever the light.\n"
-          "- The surface is so diffuse, and the light so even, that the choice of rays gains less than it costs.\n\n", f);
-    for (uint32_t i = 0; i < page->count; i++) {
-        const Picture *p = page->results[i].picture;
-        const Verdict *v = &page->results[i].verdict;
-        if (p->in_page) {
-            fprintf(f, "![%s: MIS, wis_direct, reference](gallery/%s.png)\n\n*A part of **%s**: %s; %s. MIS and `wis_direct` took "
-                       "%.1f s each. The relative MSE is\nthat of the whole picture.*\n\n",
-                    p->name, p->name, p->name, p->surface, p->light, v->seconds[DIRECT]);
-        }
-    }
-    fputs("## Gains at equal time\n\nError of the other method over that of `wis_direct`. Above 1x, `wis_direct` is better. With visibility: "
-          "`wis_visibility_cache_record` notes what\nrays saw, for the passes that follow.\n\n", f);
-    write_gains(f, page);
-    fputs("\n## Gains at an equal number of samples\n\nThe same errors, scaled to as many samples: what remains where rays and BRDFs cost "
-          "far more than the choice of a ray.\nHere they are cheap: Embree traces a mesh of at most 100,000 triangles, and a BRDF has two "
-          "lobes at the most.\n\n", f);
-    write_per_sample(f, page);
-    fputs("\n## Errors\n\n", f);
-    write_errors(f, page);
-    if (page->small != NULL) {
-        fputs("\n## More or fewer samples at a hit\n\nMSE of MIS over that of `wis_direct` at equal time, in pictures a quarter as wide. Above "
-              "1x, `wis_direct` is better.\nMore samples at a hit mean fewer camera rays. Compare columns, not this table with the one above: a "
-              "small\npicture has a sixteenth of the pixels, and single ones decide its relative MSE.\n\n", f);
-        write_counts(f, page);
-    }
-    fputs("\n## What they show\n\n", f);
-    write_inputs(f, page);
-    fprintf(f, "\n## How it was measured\n\n`make gallery PAGE=1` wrote this page; `make gallery` writes the whole pictures, %u x %u pixels, to "
-               "`build/gallery`.\n\n"
-               "- Methods take turns, a pass each, until each has spent %.1f s of processor time. A pass traces one camera ray and takes %u samples\n"
-               "  in each pixel. The time counts camera rays, sampling, BRDFs, radiance and shadow rays; Embree traces them.\n"
-               "- MIS takes half of its samples from the light and half from the BRDF, with the balance heuristic. Its random numbers are an\n"
-               "  Owen-scrambled Sobol sequence, which passes continue. `wis_direct` gets `sample`, no visibility cache, and in the room a portal\n"
-               "  in each opening.\n"
-               "- Errors are of luminance, over the pixels that the set covers. Relative: d^2 / (truth^2 + 1e-4 mean^2); absolute: d^2 / mean^2.\n"
-               "- The truth is the mean of two references of %.0f s each, one by compensated MIS and one by `wis_direct`. The product of the two\n"
-               "  differences estimates d^2, so the references' noise is part of no error.\n"
-               "- Only direct light is there: surfaces that see no part of the map are black.\n"
-               "- Constants of the library were tuned on four of these maps: rooitou_park, venice_sunset, studio_small_03 and "
-               "st_fagans_interior.\n", page->width, page->height, page->seconds, page->samples, page->reference_seconds);
-    return fclose(f) == 0;
+    return f != NULL && fprintf(f, "=== size\n%u x %u\n=== seconds\n%.1f\n=== samples\n%u\n=== reference\n%.0f\n", page->width, page->height,
+                                page->seconds, page->samples, page->reference_seconds) > 0 && fclose(f) == 0;
 }

@@ -1,4 +1,4 @@
-/* The tables of errors, and the page that shows the pictures. */
+/* The tables of errors, and the other parts of the page that shows the pictures. */
 #ifndef GALLERY_PAGE_H
 #define GALLERY_PAGE_H
 
@@ -29,10 +29,7 @@ typedef struct Page {
 /* What the light is, in words. */
 const char *page_light(const Result *result);
 
-/* Markdown, with the crops in the folder `gallery` beside it. Returns false if it cannot be written. */
+/* The parts of page.md, each behind a line "=== NAME", to a file or, without a path, to stdout. Returns false if they cannot be written. */
 bool page_write(const Page *page, const char *path);
-
-/* The tables alone. */
-void page_print(const Page *page);
 
 #endif

@@ -7,7 +7,7 @@ use super::phong::Phong;
 use super::point::Point;
 use super::vector::{any_tangent, dot};
 use crate::numeric::{self, ONE_MINUS_EPSILON, min, sqrt};
-use crate::simd::{Apart, Four, Num};
+use crate::simd::{Apart, Four, Num, Whole};
 use crate::sphere::{Frame, UNIT};
 use crate::status::Error;
 use core::f32::consts::FRAC_1_PI;
@@ -40,6 +40,8 @@ enum LobeShape {
 
 /// The sign of cosines on the normal's side.
 const UPPER: f32 = 1.0;
+/// The bit of the sign.
+const SIGN: u32 = 1 << 31;
 
 /// A point ready to evaluate, in the space of its frame.
 #[derive(Clone, Copy, Debug)]
@@ -323,14 +325,6 @@ impl Surface {
         }
     }
 
-    /// The luminance of BRDF x cosine in local directions for what lobes sum up to.
-    #[inline(always)]
-    fn finish<F: Num>(&self, sum: F, [.., z]: [F; 3]) -> F {
-        let cosine = if self.cosine_included { F::splat(1.0) } else { z.abs() };
-        let value = (sum * cosine).min(F::splat(f32::MAX));
-        if self.whole { value } else { value.copysign(z) }
-    }
-
     /// The luminance of BRDF x cosine in local directions, finite; and the density with which [`Surface::sample`] draws them.
     /// Without lobes: the cosine, drawn with its distribution. What most surfaces take is inlined, without a loop; others are evaluated apart.
     #[inline(always)]
@@ -458,12 +452,20 @@ impl<L, T> Values<'_, L, T> {
         L: Local<F, Given = T>,
     {
         let Values { surface, local, scale, d, out, first, last } = self;
+        // What differs between surfaces is masked: branches would take more in each register.
+        let bits = |set: bool, bits: u32| F::Whole::splat(if set { bits } else { 0 });
+        let (sign, rest) = (bits(!surface.whole, SIGN), F::Whole::splat(if surface.whole { !0 } else { !SIGN }));
+        let (cosine, one) = (bits(!surface.cosine_included, !SIGN), bits(surface.cosine_included, 1f32.to_bits()));
+        let (before, last, scale) = (bits(!*first, !0), *last, scale.map(F::splat));
         replace(*d, out, |sum: F, d| {
-            let wi = local.local(d);
-            let [x, y, z] = wi;
-            let own = value([x, y, if surface.whole { z } else { z.abs() }]);
-            let sum = if *first { own } else { sum + own };
-            if *last { surface.finish(sum, wi) * scale[0] * scale[1] } else { sum }
+            let [x, y, z] = local.local(d);
+            let own = value([x, y, F::from_bits(z.to_bits() & rest)]);
+            let sum = own + F::from_bits(sum.to_bits() & before);
+            if !last {
+                return sum;
+            }
+            let value = (sum * F::from_bits(z.to_bits() & cosine | one)).min(F::splat(f32::MAX));
+            F::from_bits(value.to_bits() & rest | z.to_bits() & sign) * scale[0] * scale[1]
         });
     }
 }

@@ -89,6 +89,10 @@ fn operations<F: Num>() {
             assert_eq!(masks.map(|mask| mask >> i & 1 == 1), expected, "{a} and {b}");
         }
         assert!(masks.iter().all(|&mask| mask >> F::WIDTH == 0));
+        let up = x.up().store();
+        for (i, &found) in up.as_ref().iter().enumerate() {
+            assert_eq!(bits(found), bits(if i & 3 > 0 { a[i - 1] } else { 0.0 }));
+        }
         let sums = x.sums().store();
         for (i, &found) in sums.as_ref().iter().enumerate() {
             let (four, at) = (&a[i & !3..], i & 3);

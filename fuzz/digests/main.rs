@@ -4,7 +4,7 @@
 use std::error::Error;
 use wis::numeric::ContentHash;
 use wis::points::{hammersley, pixel_seed, sobol};
-use wis::product::prepare::{Config as ProductConfig, prepare};
+use wis::product::prepare::{Config as ProductConfig, Task};
 use wis::product::stored::{MAX_DIVIDED, most_bytes};
 use wis::{
     Block, Config, Environment, Filter, Layout, Level, Map, Material, Point, Ray, Sample, Sampler, Sequence, Shape,
@@ -73,8 +73,10 @@ fn of_hits(sampler: &mut Sampler, light: &Environment, material: &Material) -> R
         out.iter().take(count).for_each(|ray| rays.add_floats(&[ray.wi[0], ray.wi[1], ray.wi[2], ray.weight]));
         let mut memory = vec![Block::ZERO; Block::count(most_bytes(MAX_DIVIDED))];
         let memory = Block::bytes_mut(&mut memory);
-        let bytes = prepare(sampler.level(), light, &point, &ProductConfig::default(), memory);
-        words(&mut products, &memory[..bytes.map_err(|fault| format!("{fault:?}"))?]);
+        let task =
+            Task { level: sampler.level(), environment: light, point: &point, config: &ProductConfig::default() };
+        let bytes = task.prepare(None, memory).map_err(|fault| format!("{fault:?}"))?;
+        words(&mut products, &memory[..bytes]);
     }
     Ok([rays.finish(), products.finish()])
 }

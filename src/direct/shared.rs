@@ -10,7 +10,7 @@ use crate::brdf::point::Point;
 use crate::light::batch::samples;
 use crate::light::environment::Environment;
 use crate::product::density::Shaded;
-use crate::product::prepare::{Config, DIVIDED, Work, prepare_in};
+use crate::product::prepare::{Config, DIVIDED, Task, Work};
 use crate::product::stored::{Product, most_bytes};
 use crate::sample::Sample;
 use crate::simd::Level;
@@ -113,7 +113,7 @@ impl<'a> Shared<'a> {
         }
         let config = Config { cone: CONE, ..Config::default() };
         let memory = self.slot(prepared).unwrap_or_default();
-        match prepare_in(level, environment, point, &config, work, memory) {
+        match (Task { level, environment, point, config: &config }).prepare(Some(work), memory) {
             Ok(_) => {}
             // The memory is as long as any product, and aligned: this is never reached.
             Err(Error { status: Status::MemoryTooSmall | Status::Misaligned, .. }) => return Ok(None),

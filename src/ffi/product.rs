@@ -10,7 +10,7 @@ use crate::light::environment::Environment;
 use crate::product::check;
 use crate::product::density::Shaded;
 pub use crate::product::info::GridInfo;
-use crate::product::prepare::{Config, DIVIDED, prepare};
+use crate::product::prepare::{Config, DIVIDED, Task};
 use crate::product::stored::{Header, MAX_DIVIDED, Product, most_bytes};
 use crate::status::{Error, Status};
 use core::ffi::c_void;
@@ -118,8 +118,9 @@ pub unsafe extern "C" fn wis_product_prepare(
             for i in 0..count {
                 let (data, material) = read_point(point.add(i), 5).map_err(|failure| failure.in_row(i))?;
                 let room = memory.get_mut(end..).unwrap_or_default();
-                end += prepare(level, &environment, &data.kernel(material, None, None, &[]), &config, room)
-                    .map_err(|error| refused(error, i))?;
+                let point = data.kernel(material, None, None, &[]);
+                let task = Task { level, environment: &environment, point: &point, config: &config };
+                end += task.prepare(None, room).map_err(|error| refused(error, i))?;
             }
             write_offsets(memory, offsets);
             if flags & WIS_PRODUCT_CHECKSUM != 0 {

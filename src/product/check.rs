@@ -13,7 +13,7 @@ use crate::light::environment::Environment;
 use crate::light::guide::{Guide, MAX_CELLS};
 use crate::light::parts::MIDDLES;
 use crate::numeric::{exp2i, exponent};
-use crate::simd::GROUP;
+use crate::simd::{Four, GROUP};
 use crate::sphere::{Frame, unit};
 use crate::status::{Result, Status};
 
@@ -89,7 +89,8 @@ fn total(product: &Product<'_>, guide: &Guide<'_>) -> Option<f32> {
     }
     let mut table = [[0.0; 4]; MOST_TOPS];
     let table: &mut [Quad] = table.get_mut(..tops(header.grid).iter().sum())?;
-    let total = write_tops(weights.get(..guide.cells())?, header.grid, table);
+    let groups = weights.get(..guide.cells())?.chunks_exact(GROUP).filter_map(|group| group.first_chunk());
+    let total = write_tops::<Four>(groups, header.grid, table);
     (product.tops() == table).then_some(total)
 }
 
@@ -107,7 +108,7 @@ fn divided_means(product: &Product<'_>, guide: &Guide<'_>, cells: &[usize]) -> O
         for (part, out) in means.iter_mut().enumerate() {
             *out = mean(words(divided.leaves.get(part / GROUP)?, part % GROUP));
         }
-        *out = sum_parts(&means, &guide.borders(cell), &mut ends);
+        *out = sum_parts::<Four>(&means, borders.first_chunk()?, &mut ends);
         if divided.ends != ends {
             return None;
         }
@@ -133,7 +134,7 @@ fn directions_are_sound(header: &Header, frame: &Frame) -> bool {
         && (0.0..=1.0).contains(&header.cone)
 }
 
-/// Whether lobes are those of a material, and flags and numbers are such as [`prepare`](super::prepare::prepare) writes.
+/// Whether lobes are those of a material, and flags and numbers are such as a [preparation](super::prepare) writes.
 fn lobes_are_sound(header: &Header) -> bool {
     let count = header.lobes as usize;
     let mut drawn = 0.0;

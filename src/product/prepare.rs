@@ -6,8 +6,8 @@
 use super::peak;
 use super::share;
 use super::stored::{
-    Corners, Divided, Header, Leaves, MAX_DIVIDED, Places, QUADS, Quad, STORED_ONE, flags, store, store_near,
-    sum_parts, widths, write_tops,
+    Corners, Divided, Header, Leaves, MAX_DIVIDED, Places, QUADS, Quad, STORED_ONE, flags, near, store, sum_parts,
+    widths, write_tops,
 };
 use crate::blob::{Magic, take};
 use crate::brdf::material::{Kind, Shape};
@@ -16,9 +16,9 @@ use crate::brdf::surface::{Local, Surface, replace};
 use crate::brdf::vector::dot;
 use crate::light::environment::Environment;
 use crate::light::guide::{self, Column, Columns, Guide, MAX_CELLS, MAX_CORNERS, Short, read};
-use crate::light::parts::{Borders, MIDDLES, PARTS};
+use crate::light::parts::{MIDDLES, PARTS};
 use crate::numeric::{exp2i, exponent, max, min};
-use crate::simd::{Apart, Compute, GROUP, Level, Num, REGISTERS, Whole, compute, places, sum};
+use crate::simd::{Apart, Compute, Four, GROUP, Level, Num, REGISTERS, Whole, compute, places, sum};
 use crate::status::{Error, Status};
 use bytemuck::{Pod, Zeroable};
 
@@ -78,7 +78,7 @@ const NARROW: f32 = 0.045;
 const BESIDE: [f32; 2] = [0.995, 0.0998];
 
 /// Divided cells whose middles are evaluated together.
-const HELD: usize = 4;
+const HELD: usize = 8;
 
 /// Directions that are raised together.
 const TOGETHER: usize = 4 * GROUP;
@@ -118,70 +118,64 @@ const REACH: f32 = 1.75;
 pub struct Work {
     /// F at the corners.
     values: [[f32; GROUP]; MAX_CORNERS / GROUP],
-    /// The least that a leaf of each cell holds; 0 below the horizon.
-    floors: OfCells,
-    /// The weight of each cell: its light times its mean of F.
-    weights: OfCells,
-    /// What its division is worth.
-    worth: OfCells,
+    /// Groups of cells.
+    cells: [Weighed; MAX_CELLS / GROUP],
 }
 
-/// A number for each cell.
-type OfCells = [[f32; GROUP]; MAX_CELLS / GROUP];
+/// What is known of a group of cells.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+struct Weighed {
+    /// The weight of each cell: its light times its mean of F.
+    weight: [f32; GROUP],
+    /// What its division is worth.
+    worth: [f32; GROUP],
+    /// The least that a leaf of it holds, above the horizon.
+    floor: [f32; GROUP],
+}
 
 impl Work {
     /// Of any content. Not zeros: the compiler leaves those to a function of the C library; and by groups: single numbers it would copy.
     #[inline(always)]
     fn new() -> Work {
-        let cells = [[0.5; GROUP]; MAX_CELLS / GROUP];
-        Work { values: [[0.5; GROUP]; MAX_CORNERS / GROUP], floors: cells, weights: cells, worth: cells }
+        let group = Weighed { weight: [0.5; GROUP], worth: [0.5; GROUP], floor: [0.5; GROUP] };
+        Work { values: [[0.5; GROUP]; MAX_CORNERS / GROUP], cells: [group; MAX_CELLS / GROUP] }
+    }
+
+    /// The groups of so many cells.
+    #[inline(always)]
+    fn groups(&self, cells: usize) -> &[Weighed] {
+        self.cells.get(..cells / GROUP).unwrap_or(&[])
     }
 }
 
-/// Prepares a product at the beginning of `memory`, aligned to 16. Answers its bytes.
-///
-/// # Errors
-/// [`Error`].
+/// The group of a cell, and its place there.
 #[inline(always)]
-pub fn prepare(
-    level: Level,
-    environment: &Environment<'_>,
-    point: &Point<'_>,
-    config: &Config,
-    memory: &mut [u8],
-) -> Result<usize, Error> {
-    Task { level, environment, point, config }.run(None, memory)
-}
-
-/// As [`prepare`], with 3 kB of the caller's memory for its work, of any content.
-///
-/// # Errors
-/// [`Error`].
-#[inline(never)]
-pub fn prepare_in(
-    level: Level,
-    environment: &Environment<'_>,
-    point: &Point<'_>,
-    config: &Config,
-    work: &mut Work,
-    memory: &mut [u8],
-) -> Result<usize, Error> {
-    Task { level, environment, point, config }.run(Some(work), memory)
+fn place_of(cell: u32) -> (usize, usize) {
+    (cell as usize / GROUP % (MAX_CELLS / GROUP), cell as usize % GROUP)
 }
 
 /// What a product is prepared of.
-#[derive(Clone, Copy)]
-struct Task<'a> {
-    level: Level,
-    environment: &'a Environment<'a>,
-    point: &'a Point<'a>,
-    config: &'a Config,
+#[derive(Clone, Copy, Debug)]
+pub struct Task<'a> {
+    /// What the processor has.
+    pub level: Level,
+    /// The light, with a guide.
+    pub environment: &'a Environment<'a>,
+    /// The hit.
+    pub point: &'a Point<'a>,
+    /// How.
+    pub config: &'a Config,
 }
 
 impl Task<'_> {
-    /// Prepares the grid, then the share of its lobes. Answers the product's bytes.
+    /// Prepares a product at the beginning of `memory`, aligned to 16. `work`: the caller's memory for that, of any content, or else the stack. Answers the
+    /// product's bytes.
+    ///
+    /// # Errors
+    /// [`Error`].
     #[inline(always)]
-    fn run(self, work: Option<&mut Work>, memory: &mut [u8]) -> Result<usize, Error> {
+    pub fn prepare(self, work: Option<&mut Work>, memory: &mut [u8]) -> Result<usize, Error> {
         // In place: a surface is long.
         let mut surface = Surface::empty();
         surface.set(self.point, &self.environment.frame())?;
@@ -190,6 +184,7 @@ impl Task<'_> {
             None => self.grid_with_work(&surface, memory)?,
         };
         let product = memory.get_mut(..bytes).unwrap_or_default();
+        // The share of its lobes.
         share::decide(self.environment, &surface, adds_lobes, product);
         Ok(bytes)
     }
@@ -218,9 +213,10 @@ impl Task<'_> {
         header.lobe = Default::default();
         let allowed = peak::choose(point.material, surface, &mut header.lobe);
         let peak = if allowed > 0.0 { surface.mirror() } else { [0.0; 3] };
-        let widened = widened(environment, point, surface.wo()[2])?;
+        let mut wider = Surface::empty();
+        let is_widened = widen(environment, point, surface.wo()[2], &mut wider)?;
         let cone = Cone::new(config.cone);
-        let seen = widened.as_ref().unwrap_or(surface);
+        let seen = if is_widened { &wider } else { surface };
         // Elsewhere the floor is part of what keeps weights below 50 integrals, through glass and beside wide lobes, and the stated integral of long
         // lobes near.
         let is_round = |lobe: &Shape| lobe.kind != Kind::Ggx || lobe.a == lobe.b;
@@ -236,7 +232,7 @@ impl Task<'_> {
             peak,
             from_peak: allowed,
             // A lobe that was widened has another integral at grazing views: the stated one is nearer without.
-            varies: allowed > NARROW && (widened.is_none() || surface.wo()[2] > peak::GRAZING),
+            varies: allowed > NARROW && (!is_widened || surface.wo()[2] > peak::GRAZING),
             floor: if is_drawn { FLOOR_IF_DRAWN } else { FLOOR },
             smoothness: Smoothness::of(seen, allowed),
             work,
@@ -286,11 +282,12 @@ pub fn integral(total: f32, unit: f64, power: f64) -> f64 {
     (f64::from(total) * unit * power).min(f64::MAX)
 }
 
-/// The surface with lobes that are all as wide as the grid resolves; `None` if they are. Apart, so that its stack is free again.
+/// Makes an empty surface one whose lobes are all as wide as the grid resolves, if they are not. Apart, so that its stack is free again.
 #[inline(never)]
-fn widened(environment: &Environment<'_>, point: &Point<'_>, cosine: f32) -> Result<Option<Surface>, Error> {
-    let Some(material) = &peak::widened(point.material, cosine) else { return Ok(None) };
-    Surface::new(&Point { material, ..*point }, &environment.frame()).map(Some)
+fn widen(environment: &Environment<'_>, point: &Point<'_>, cosine: f32, out: &mut Surface) -> Result<bool, Error> {
+    let Some(material) = &peak::widened(point.material, cosine) else { return Ok(false) };
+    out.set(&Point { material, ..*point }, &environment.frame())?;
+    Ok(true)
 }
 
 /// How F varies over a cell.
@@ -458,10 +455,10 @@ fn raised<F: Num>(cone: &Cone, [x, y, z]: [F; 3]) -> [F; 3] {
     [x * scale, y * scale, up]
 }
 
-/// A number of the cells from place `first` of a group on; of `further` columns behind it.
+/// A number of the cells from place `first` of a group on, in steps; of `further` columns behind it.
 #[inline(always)]
 fn column<F: Num>(columns: &Columns, column: Column, further: usize, first: usize) -> F {
-    read(columns.get(column as usize + further).and_then(|of| of.get(first..)).unwrap_or(&[]))
+    F::shorts(columns.get(column as usize + further).and_then(|of| of.get(first..)).unwrap_or(&[]))
 }
 
 /// Cones that contain cells, from a place of a group on, in steps: they are compared alone.
@@ -474,25 +471,22 @@ struct Cones<F> {
 impl<F: Num> Cones<F> {
     #[inline(always)]
     fn new(columns: &Columns, first: usize) -> Cones<F> {
-        let of = |which: Column| F::shorts(columns.get(which as usize).and_then(|of| of.get(first..)).unwrap_or(&[]));
+        let of = |which: Column| column(columns, which, 0, first);
         let axis = [of(Column::AxisX), of(Column::AxisY), of(Column::AxisZ)];
         Cones { axis, sine: of(Column::Sine), cosine: of(Column::Cosine) }
     }
 
-    /// Which cells reach above the horizon, as far as any normal of a cone sees it.
+    /// Which cells reach above the horizon, as far as any normal of a cone sees it. `below`: how far below.
     #[inline(always)]
-    fn reach(&self, surface: &Surface, cone: &Cone) -> F::Mask {
-        let zero = F::splat(0.0);
-        if surface.is_whole() {
-            return F::le(zero, zero);
-        }
+    fn reach(&self, normal: [F; 3], below: F, cone: Cone) -> F::Mask {
         let (mut sine, mut cosine) = (self.sine, self.cosine);
         if cone.sine > 0.0 {
             let (c, s) = (F::splat(cone.cosine), F::splat(cone.sine));
             (sine, cosine) = (self.sine * c + self.cosine * s, self.cosine * c - self.sine * s);
         }
-        let above = (zero - sine - ROUNDING).lt(dot(self.axis, surface.normal()));
-        F::or(cosine.le(zero), above)
+        let [x, y, z] = self.axis;
+        let above = (below - sine).lt(x * normal[0] + y * normal[1] + z * normal[2]);
+        F::or(cosine.le(F::splat(0.0)), above)
     }
 
     /// Which cells a direction falls into, or nearly.
@@ -532,12 +526,12 @@ fn corner_values<F: Num>(guide: &Guide<'_>, values: &[f32], first: usize) -> Cor
 /// F over the numbers of the cells from place `first` of a group on: interpolated to where the light of each quadrant is, and extrapolated to the corners.
 #[inline(always)]
 fn tilted<F: Num>(columns: &Columns, [a, b, c, d]: &Corners<F>, first: usize) -> Corners<F> {
-    let (upper, lower) = (*b - *a, *d - *c);
+    let (upper, lower) = ((*b - *a) * guide::ROUNDING, (*d - *c) * guide::ROUNDING);
     let mut at = [*a; 4];
     for (quadrant, out) in at.iter_mut().enumerate() {
         let across = column::<F>(columns, Column::Across, quadrant, first);
         let (top, bottom) = (*a + upper * across, *c + lower * across);
-        *out = top + (bottom - top) * column::<F>(columns, Column::Down, quadrant, first);
+        *out = top + (bottom - top) * (column::<F>(columns, Column::Down, quadrant, first) * guide::ROUNDING);
     }
     extrapolated(at)
 }
@@ -605,10 +599,10 @@ fn slopes<F: Num>(at: impl Fn(usize) -> F, [column, row]: [F; 2]) -> [F; 2] {
 /// F at the corners of the parts of a cell from part `first` on: the middle's value with the slopes to its neighbours. Then the least value
 /// there: `kept` where nothing is reflected, also not beside the part.
 #[inline(always)]
-fn parts_from<F: Num>(middles: &Middles, first: usize, least: F, kept: F) -> (Corners<F>, F) {
+fn parts_from<F: Num>(middles: &Middles, first: usize, place: [F; 2], least: F, kept: F) -> (Corners<F>, F) {
     let at = |further: usize| F::at(middles, first + further);
     let value = at(PARTS);
-    let [across, down] = slopes(at, places_of(first)).map(|slope| slope * 0.5);
+    let [across, down] = slopes(at, place).map(|slope| slope * 0.5);
     let highest = value + F::splat(REACH) * (across.abs() + down.abs());
     let is_dark = F::and(is_wasted::<F>(value, least), highest.le(F::splat(0.0)));
     (beside(value, [across, down]), F::select(is_dark, kept, least))
@@ -625,11 +619,12 @@ fn beside<F: Num>(middle: F, [across, down]: [F; 2]) -> [F; 4] {
 /// so that a jump on one side does not overshoot on the other (van Leer 1977).
 #[inline(always)]
 fn slope<F: Num>(before: F, value: F, behind: F, place: F) -> F {
-    let (zero, two) = (F::splat(0.0), F::splat(2.0));
+    let zero = F::splat(0.0);
     let (left, right) = (value - before, behind - value);
-    let mean = F::splat(0.5) * (left + right);
-    let limit = two * left.abs().min(right.abs());
-    let limited = F::only(zero.lt(left * right), (mean.abs().min(limit)).copysign(mean));
+    let half_of_mean = (left + right) * 0.25;
+    // One of the two is 0.
+    let half = half_of_mean.min(left.min(right)).max(zero) + half_of_mean.max(left.max(right)).min(zero);
+    let limited = half + half;
     let last = F::splat(PARTS as f32 - 1.0).le(place);
     F::select(place.le(zero), right, F::select(last, left, limited))
 }
@@ -719,13 +714,13 @@ impl Compute for Lay<'_, '_> {
                 adds_lobes = wasted > LITTLE_WASTED && 1.0 + wasted > (1.0 + WASTED) * (1.0 - stage.from_peak);
                 kept = min(MOST_WASTED / wasted, 1.0);
             }
-            stage.divide::<F>(cells, kept, divided);
+            stage.divide::<F>(cells, kept, divided, borders);
             for (number, &cell) in (1..).zip(cells) {
                 mark(leaves, cell, number);
             }
         }
-        let weights = stage.work.weights.as_flattened().get(..stage.guide.cells()).unwrap_or(&[]);
-        Ok(Laid { total: write_tops(weights, grid, tops), unit, divided: cells.len(), adds_lobes })
+        let weights = stage.work.groups(stage.guide.cells()).iter().map(|group| &group.weight);
+        Ok(Laid { total: write_tops::<F>(weights, grid, tops), unit, divided: cells.len(), adds_lobes })
     }
 }
 
@@ -774,25 +769,27 @@ impl Stage<'_> {
     fn lay<F: Num>(&mut self, leaves: &mut [Leaves]) {
         let zero = F::splat(0.0);
         let (_, bright) = self.smoothness.thresholds();
-        let (smoothness, surface, cone, darkest) = (self.smoothness, self.surface, self.cone, F::splat(self.darkest));
+        let (smoothness, cone, darkest) = (self.smoothness, *self.cone, F::splat(self.darkest));
+        let normal = self.surface.normal().map(F::splat);
+        let below = F::splat(if self.surface.is_whole() { f32::NEG_INFINITY } else { -ROUNDING });
         let (is_narrow, is_diffuse) = (self.peak != [0.0; 3], self.smoothness == Smoothness::Diffuse);
         let guide = self.guide;
         let mut sums = [zero; REGISTERS];
-        let Work { values, floors, weights, worth } = &mut *self.work;
-        let groups = leaves.iter_mut().zip(guide.columns()).zip(guide.masses());
-        let groups = groups.zip(floors.iter_mut().zip(weights).zip(worth));
-        for (group, (((out, columns), mass), ((floors, weights), worth))) in groups.enumerate() {
+        let Work { values, cells } = &mut *self.work;
+        let groups = leaves.iter_mut().zip(guide.columns()).zip(guide.masses()).zip(cells);
+        for (group, (((out, columns), mass), cells)) in groups.enumerate() {
             for (first, sum) in places::<F>().zip(&mut sums) {
                 let at = group * GROUP + first;
                 let cones = Cones::<F>::new(columns, first);
-                let counts = cones.reach(surface, cone);
+                let counts = cones.reach(normal, below, cone);
                 if F::bits(counts) == 0 {
                     for out in &mut *out {
                         out.get_mut(first..first + F::WIDTH).unwrap_or_default().copy_from_slice(F::ints().as_ref());
                     }
-                    for out in [&mut *floors, &mut *weights, &mut *worth] {
-                        zero.write(out, first);
-                    }
+                    zero.write(&mut cells.weight, first);
+                    zero.write(&mut cells.worth, first);
+                    // Nobody reads it, but work of callers has the same bytes at every level, and whatever it held.
+                    zero.write(&mut cells.floor, first);
                     continue;
                 }
                 let mass = F::at(mass, first);
@@ -801,17 +798,17 @@ impl Stage<'_> {
                     closer = F::or(closer, cones.hold(self.peak));
                 }
                 let corners = corner_values::<F>(&guide, values.as_flattened(), at);
-                let floor = F::only(counts, (largest(corners) * self.floor).max(darkest));
+                let floor = (largest(corners) * self.floor).max(darkest);
                 let [a, b, c, d] = tilted(columns, &corners, first);
                 let corners = [a.max(floor), b.max(floor), c.max(floor), d.max(floor)];
-                let mean = store_near::<F>(&corners, counts, out, first);
+                let mean = store(&corners, |x| F::only(counts, x), out, first);
                 let least = corners[0].min(corners[1]).min(corners[2].min(corners[3]));
                 let least = F::only(F::and(counts, floor.lt(least)), least);
                 let weight = mass * mean;
                 *sum = *sum + weight;
-                floor.write(floors, first);
-                weight.write(weights, first);
-                smoothness.worth(weight, mass, least).write(worth, first);
+                weight.write(&mut cells.weight, first);
+                smoothness.worth(weight, mass, least).write(&mut cells.worth, first);
+                F::only(counts, floor).write(&mut cells.floor, first);
                 if is_diffuse {
                     closer = F::and(closer, least.le(zero));
                 }
@@ -847,13 +844,198 @@ impl Stage<'_> {
         })
     }
 
-    /// F at the middles of the quadrants of the parts of a cell from part `first` on, a group of them. Where the light lies in a part is
-    /// known by the middles of its neighbours.
+    /// Weighs cells again by F at some of their parts, since interpolation between corners may have missed where their light is.
     #[inline(always)]
-    fn quadrants<F: Num>(&self, cell: u32, first: usize, out: &mut [[f32; GROUP]; 4]) {
+    fn look_closer<F: Num, const N: usize>(&mut self, looked_at: [usize; N]) {
+        let cells = self.closer.get(..self.count).unwrap_or(&[]);
+        if cells.is_empty() {
+            return;
+        }
+        let (mut directions, mut values) = ([[[1; N]; CLOSER]; 3], [[0.5; N]; CLOSER]);
+        let [x, y, z] = &mut directions;
+        for (&cell, ((x, y), z)) in cells.iter().zip(x.iter_mut().zip(y).zip(z)) {
+            let parts = self.guide.parts(cell as usize);
+            let [of_x, of_y, of_z] =
+                [0, 1, 2].map(|axis: usize| looked_at.map(|part| parts[MIDDLES * axis + part % MIDDLES]));
+            (*x, *y, *z) = (of_x, of_y, of_z);
+        }
+        let count = (N * cells.len()).next_multiple_of(GROUP);
+        let directions = directions.each_ref().map(|of| of.as_flattened().get(..count).unwrap_or(&[]));
+        self.respond::<F>(directions, values.as_flattened_mut().get_mut(..count).unwrap_or_default());
+        for (&cell, values) in cells.iter().zip(&values) {
+            let most = values.iter().fold(0.0, |most, &x| max(most, x));
+            let (group, lane) = place_of(cell);
+            let group = &mut self.work.cells[group];
+            let missed = max(self.guide.mass(cell as usize) * most - group.weight[lane], 0.0);
+            group.worth[lane] += missed;
+            self.missed += missed;
+        }
+    }
+
+    /// Chooses the cells whose division is worth most.
+    #[inline(always)]
+    fn choose<F: Num>(&self, chosen: &mut [u64]) {
+        /// Groups of cells whose worth is compared before some are chosen.
+        const SIDE_BY_SIDE: usize = 64 / GROUP;
+        let (share, _) = self.smoothness.thresholds();
+        let least = F::splat(share * (self.weight + self.missed));
+        let (mut count, mut below) = (0, 0);
+        for (first, groups) in
+            (0..).step_by(SIDE_BY_SIDE).zip(self.work.groups(self.guide.cells()).chunks(SIDE_BY_SIDE))
+        {
+            let mut bits = 0;
+            for group in groups.iter().rev() {
+                for worth in group.worth.chunks_exact(F::WIDTH).rev() {
+                    bits = bits << F::WIDTH | u64::from(F::bits(least.lt(F::read(worth))));
+                }
+            }
+            while bits != 0 {
+                let cell = (GROUP * first) as u32 + bits.trailing_zeros();
+                bits &= bits - 1;
+                let (group, lane) = place_of(cell);
+                let key = u64::from(self.work.cells[group].worth[lane].to_bits()) << 32 | u64::from(!cell);
+                if let Some(place) = chosen.get_mut(count) {
+                    *place = key;
+                    count += 1;
+                } else if below < key {
+                    // What is left is not less than the least was.
+                    let Some(least) = chosen.iter_mut().min() else { return };
+                    below = *least;
+                    *least = key.max(*least);
+                }
+            }
+        }
+    }
+
+    /// Keeps F at the middles of the parts of divided cells where their leaves will stand, and writes the borders of the parts. Answers what parts that
+    /// reflect nothing would take by their least value, over what all others reflect.
+    #[inline(always)]
+    fn hold<F: Num>(&mut self, cells: &[u32], divided: &mut [Divided], borders: &mut [[Short; 4]]) -> f32 {
+        if let Some(last) = borders.last_mut() {
+            *last = [0; 4];
+        }
+        // At least what other cells reflect, and at most what parts may take.
+        let (mut others, mut taken) = (0.99 * self.weight, 0.0);
+        for ((cells, divided), borders) in
+            cells.chunks(HELD).zip((*divided).chunks_mut(HELD)).zip((*borders).chunks_mut(HELD * QUADS))
+        {
+            let (mut directions, mut values) = ([[[1; MIDDLES]; HELD]; 3], [[0.5; MIDDLES]; HELD]);
+            for (lane, &cell) in cells.iter().enumerate() {
+                for (out, middles) in directions.iter_mut().zip(self.guide.middles(cell as usize)) {
+                    out[lane % HELD] = *middles.first_chunk().unwrap_or(&[1; MIDDLES]);
+                }
+            }
+            let values_of = values.as_flattened_mut().get_mut(..MIDDLES * cells.len()).unwrap_or_default();
+            self.respond::<F>(directions.each_ref().map(|axis| axis.as_flattened()), values_of);
+            for (((&cell, divided), values), borders) in
+                cells.iter().zip(divided).zip(&values).zip(borders.chunks_exact_mut(QUADS))
+            {
+                held_mut(divided).copy_from_slice(values);
+                let (least, mut wasted) = (self.least(cell), 0);
+                for middles in values.chunks_exact(F::WIDTH) {
+                    wasted |= F::bits(is_wasted::<F>(F::read(middles), F::splat(least)));
+                }
+                if wasted != 0 {
+                    taken += self.guide.mass(cell as usize) * least;
+                }
+                let (group, lane) = place_of(cell);
+                others -= self.work.cells[group].weight[lane];
+                let [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o] = *self.guide.steps(cell as usize);
+                if let Some(out) = borders.first_chunk_mut() {
+                    *out = [[a, b, c, 0], [d, e, f, 0], [g, h, i, 0], [j, k, l, 0], [m, n, o, 0]];
+                }
+            }
+        }
+        if taken <= LITTLE_WASTED * others { 0.0 } else { self.wasted::<F>(cells, divided, borders) }
+    }
+
+    /// What [`Stage::hold`] answers where a part of some cell reflects nothing.
+    #[inline(always)]
+    fn wasted<F: Num>(&mut self, cells: &[u32], divided: &[Divided], borders: &[[Short; 4]]) -> f32 {
+        let zero = F::splat(0.0);
+        let (mut wasted, mut reflected) = ([zero; REGISTERS], [zero; REGISTERS]);
+        for ((&cell, divided), borders) in cells.iter().zip(divided).zip(borders.chunks_exact(QUADS)) {
+            let (mass, least) = (F::splat(self.guide.mass(cell as usize)), F::splat(self.least(cell)));
+            let (of_row, of_parts) = borders.as_flattened().split_at_checked(PARTS).unwrap_or_default();
+            let heights = widths::<Four>(of_row).store();
+            for (first, borders) in (0..).step_by(F::WIDTH).zip(of_parts.chunks_exact(F::WIDTH)) {
+                let height = F::each(|lane| heights[(first + lane) / PARTS % PARTS]);
+                let (middle, mass) = (F::at(held(divided), first), mass * (height * widths::<F>(borders)));
+                let register = first % GROUP / F::WIDTH % REGISTERS;
+                wasted[register] = wasted[register] + F::only(is_wasted::<F>(middle, least), mass * least);
+                reflected[register] = reflected[register] + mass * middle.max(zero);
+            }
+            // They do not count twice.
+            let (group, lane) = place_of(cell);
+            self.work.cells[group].weight[lane] = 0.0;
+        }
+        for group in self.work.groups(self.guide.cells()) {
+            for (sum, weights) in reflected.iter_mut().zip(group.weight.chunks_exact(F::WIDTH)) {
+                *sum = *sum + F::read(weights);
+            }
+        }
+        sum(wasted) / max(sum(reflected), f32::MIN_POSITIVE)
+    }
+
+    /// The least value of each part of a divided cell.
+    #[inline(always)]
+    fn least(&self, cell: u32) -> f32 {
+        let (group, lane) = place_of(cell);
+        max(self.darkest, KEPT * self.work.cells[group].floor[lane])
+    }
+
+    /// The leaves of the parts of divided cells, from what was held there, the sums over them, and the weights of the cells. `kept`: the part of the least
+    /// value that parts keep which reflect nothing.
+    #[inline(always)]
+    fn divide<F: Num>(&mut self, cells: &[u32], kept: f32, divided: &mut [Divided], borders: &[[Short; 4]]) {
+        let borders: &[[[Short; 4]; QUADS]] = borders
+            .get(..QUADS * cells.len())
+            .and_then(|borders| bytemuck::try_cast_slice(borders).ok())
+            .unwrap_or(&[]);
+        for ((&cell, divided), borders) in cells.iter().zip(divided).zip(borders) {
+            let (mut middles, mut means): (Middles, _) = ([0.0; 2 * PARTS + MIDDLES], [0.5; MIDDLES]);
+            if let Some(out) = middles.get_mut(PARTS..PARTS + MIDDLES) {
+                out.copy_from_slice(held(divided));
+            }
+            let least = F::splat(self.least(cell));
+            let is_near = self.is_near(cell);
+            let [column, mut row] = places_of::<F>(0);
+            for (group, leaves) in divided.leaves.iter_mut().enumerate() {
+                let evaluated = if is_near { Some(F::apart(Quadrants(self, cell, group * GROUP))) } else { None };
+                for place in places::<F>() {
+                    let first = group * GROUP + place;
+                    let (corners, least) = parts_from::<F>(&middles, first, [column, row], least, least * kept);
+                    row = row + (F::WIDTH / PARTS) as f32;
+                    let corners = match &evaluated {
+                        Some(of) => fitted(of.each_ref().map(|of| F::at(of, place)), least, self.floor),
+                        None => {
+                            let floor = (largest(corners) * self.floor).max(least);
+                            corners.map(|x| x.max(floor))
+                        }
+                    };
+                    store(&near(corners), |x| x, leaves, place).write(&mut means, first);
+                }
+            }
+            let mean = sum_parts::<F>(&means, borders, &mut divided.ends);
+            let (group, lane) = place_of(cell);
+            self.work.cells[group].weight[lane] = self.guide.mass(cell as usize) * mean;
+        }
+    }
+}
+
+/// F at the middles of the quadrants of the parts of a cell from a part on, a group of them. Where the light lies in a part is known by the middles of its
+/// neighbours. Apart, since few cells need it.
+struct Quadrants<'a, 'b>(&'a Stage<'b>, u32, usize);
+
+impl<F: Num> Apart<F> for Quadrants<'_, '_> {
+    type Output = [[f32; GROUP]; 4];
+
+    #[inline(always)]
+    fn run(self) -> [[f32; GROUP]; 4] {
+        let Quadrants(stage, cell, first) = self;
         let mut kept = [0; PARTS + 4 * MIDDLES];
         if let Some(kept) = kept.get_mut(PARTS..) {
-            kept.copy_from_slice(self.guide.parts(cell as usize));
+            kept.copy_from_slice(stage.guide.parts(cell as usize));
         }
         const BELOW_0: u32 = (guide::STEPS as u32).wrapping_neg();
         let mut directions = [[[1; GROUP]; 4]; 3];
@@ -878,189 +1060,10 @@ impl Stage<'_> {
                 }
             }
         }
-        self.respond::<F>(directions.each_ref().map(|axis| axis.as_flattened()), out.as_flattened_mut());
+        let mut out = [[0.5; GROUP]; 4];
+        stage.respond::<F>(directions.each_ref().map(|axis| axis.as_flattened()), out.as_flattened_mut());
+        out
     }
-
-    /// Weighs cells again by F at some of their parts, since interpolation between corners may have missed where their light is.
-    #[inline(always)]
-    fn look_closer<F: Num, const N: usize>(&mut self, looked_at: [usize; N]) {
-        let cells = self.closer.get(..self.count).unwrap_or(&[]);
-        if cells.is_empty() {
-            return;
-        }
-        let (mut directions, mut values) = ([[[1; N]; CLOSER]; 3], [[0.5; N]; CLOSER]);
-        let [x, y, z] = &mut directions;
-        for (&cell, ((x, y), z)) in cells.iter().zip(x.iter_mut().zip(y).zip(z)) {
-            let parts = self.guide.parts(cell as usize);
-            let [of_x, of_y, of_z] =
-                [0, 1, 2].map(|axis: usize| looked_at.map(|part| parts[MIDDLES * axis + part % MIDDLES]));
-            (*x, *y, *z) = (of_x, of_y, of_z);
-        }
-        let count = (N * cells.len()).next_multiple_of(GROUP);
-        let directions = directions.each_ref().map(|of| of.as_flattened().get(..count).unwrap_or(&[]));
-        self.respond::<F>(directions, values.as_flattened_mut().get_mut(..count).unwrap_or_default());
-        let Work { weights, worth, .. } = &mut *self.work;
-        let (weights, worth) = (weights.as_flattened(), worth.as_flattened_mut());
-        for (&cell, values) in cells.iter().zip(&values) {
-            let cell = cell as usize;
-            let most = values.iter().fold(0.0, |most, &x| max(most, x));
-            let missed = max(self.guide.mass(cell) * most - weights.get(cell).copied().unwrap_or(0.0), 0.0);
-            if let Some(worth) = worth.get_mut(cell) {
-                *worth += missed;
-            }
-            self.missed += missed;
-        }
-    }
-
-    /// Chooses the cells whose division is worth most.
-    #[inline(always)]
-    fn choose<F: Num>(&self, chosen: &mut [u64]) {
-        let (share, _) = self.smoothness.thresholds();
-        let least = share * (self.weight + self.missed);
-        let (mut count, mut below) = (0, 0);
-        for (group, worth) in self.work.worth.iter().take(self.guide.cells() / GROUP).enumerate() {
-            for first in places::<F>() {
-                let mut bits = F::bits(F::splat(least).lt(F::at(worth, first)));
-                while bits != 0 {
-                    let lane = first + bits.trailing_zeros() as usize;
-                    bits &= bits - 1;
-                    let key =
-                        u64::from(worth[lane % GROUP].to_bits()) << 32 | u64::from(!((group * GROUP + lane) as u32));
-                    if let Some(place) = chosen.get_mut(count) {
-                        *place = key;
-                        count += 1;
-                    } else if below < key {
-                        // What is left is not less than the least was.
-                        let Some(least) = chosen.iter_mut().min() else { return };
-                        below = *least;
-                        *least = key.max(*least);
-                    }
-                }
-            }
-        }
-    }
-
-    /// Keeps F at the middles of the parts of divided cells where their leaves will stand, and writes the borders of the parts. Answers what parts that
-    /// reflect nothing would take by their least value, over what all others reflect.
-    #[inline(always)]
-    fn hold<F: Num>(&mut self, cells: &[u32], divided: &mut [Divided], borders: &mut [[Short; 4]]) -> f32 {
-        if let Some(last) = borders.last_mut() {
-            *last = [0; 4];
-        }
-        // At least what other cells reflect, and at most what parts may take.
-        let (mut others, mut taken) = (0.99 * self.weight, 0.0);
-        for ((cells, divided), borders) in
-            cells.chunks(HELD).zip((*divided).chunks_mut(HELD)).zip(borders.chunks_mut(HELD * QUADS))
-        {
-            let (mut directions, mut values) = ([[[1; MIDDLES]; HELD]; 3], [[0.5; MIDDLES]; HELD]);
-            for (lane, &cell) in cells.iter().enumerate() {
-                for (out, middles) in directions.iter_mut().zip(self.guide.middles(cell as usize)) {
-                    out[lane % HELD] = *middles.first_chunk().unwrap_or(&[1; MIDDLES]);
-                }
-            }
-            let values_of = values.as_flattened_mut().get_mut(..MIDDLES * cells.len()).unwrap_or_default();
-            self.respond::<F>(directions.each_ref().map(|axis| axis.as_flattened()), values_of);
-            for (((&cell, divided), values), borders) in
-                cells.iter().zip(divided).zip(&values).zip(borders.chunks_exact_mut(QUADS))
-            {
-                held_mut(divided).copy_from_slice(values);
-                let (least, mut wasted) = (self.least(cell), 0);
-                for middles in values.chunks_exact(F::WIDTH) {
-                    wasted |= F::bits(is_wasted::<F>(F::read(middles), F::splat(least)));
-                }
-                if wasted != 0 {
-                    taken += self.guide.mass(cell as usize) * least;
-                }
-                others -= self.work.weights.as_flattened().get(cell as usize).copied().unwrap_or(0.0);
-                let [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o] = *self.guide.steps(cell as usize);
-                if let Some(out) = borders.first_chunk_mut() {
-                    *out = [[a, b, c, 0], [d, e, f, 0], [g, h, i, 0], [j, k, l, 0], [m, n, o, 0]];
-                }
-            }
-        }
-        if taken <= LITTLE_WASTED * others { 0.0 } else { self.wasted::<F>(cells, divided) }
-    }
-
-    /// What [`Stage::hold`] answers where a part of some cell reflects nothing.
-    #[inline(always)]
-    fn wasted<F: Num>(&mut self, cells: &[u32], divided: &[Divided]) -> f32 {
-        let zero = F::splat(0.0);
-        let (mut wasted, mut reflected) = ([zero; REGISTERS], [zero; REGISTERS]);
-        for (&cell, divided) in cells.iter().zip(divided) {
-            let (middles, areas) = (held(divided), areas(&self.guide.borders(cell as usize)));
-            let (mass, least) = (F::splat(self.guide.mass(cell as usize)), F::splat(self.least(cell)));
-            for first in (0..MIDDLES).step_by(F::WIDTH) {
-                let (middle, mass) = (F::at(middles, first), mass * F::at(&areas, first));
-                let register = first % GROUP / F::WIDTH % REGISTERS;
-                wasted[register] = wasted[register] + F::only(is_wasted::<F>(middle, least), mass * least);
-                reflected[register] = reflected[register] + mass * middle.max(zero);
-            }
-            // They do not count twice.
-            if let Some(weight) = self.work.weights.as_flattened_mut().get_mut(cell as usize) {
-                *weight = 0.0;
-            }
-        }
-        for weights in self.work.weights.iter().take(self.guide.cells() / GROUP) {
-            for (sum, weights) in reflected.iter_mut().zip(weights.chunks_exact(F::WIDTH)) {
-                *sum = *sum + F::read(weights);
-            }
-        }
-        sum(wasted) / max(sum(reflected), f32::MIN_POSITIVE)
-    }
-
-    /// The least value of each part of a divided cell.
-    #[inline(always)]
-    fn least(&self, cell: u32) -> f32 {
-        max(self.darkest, KEPT * self.work.floors.as_flattened().get(cell as usize).copied().unwrap_or(0.0))
-    }
-
-    /// The leaves of the parts of divided cells, from what was held there, the sums over them, and the weights of the cells. `kept`: the part of the least
-    /// value that parts keep which reflect nothing.
-    #[inline(always)]
-    fn divide<F: Num>(&mut self, cells: &[u32], kept: f32, divided: &mut [Divided]) {
-        let always = F::splat(0.0).le(F::splat(0.0));
-        for (&cell, divided) in cells.iter().zip(divided) {
-            let (mut middles, mut means): (Middles, _) = ([0.0; 2 * PARTS + MIDDLES], [0.5; MIDDLES]);
-            if let Some(out) = middles.get_mut(PARTS..PARTS + MIDDLES) {
-                out.copy_from_slice(held(divided));
-            }
-            let least = F::splat(self.least(cell));
-            let is_near = self.is_near(cell);
-            for (group, leaves) in divided.leaves.iter_mut().enumerate() {
-                let mut evaluated = [[0.5; GROUP]; 4];
-                if is_near {
-                    self.quadrants::<F>(cell, group * GROUP, &mut evaluated);
-                }
-                for place in places::<F>() {
-                    let first = group * GROUP + place;
-                    let (corners, least) = parts_from::<F>(&middles, first, least, least * kept);
-                    let corners = if is_near {
-                        fitted(evaluated.each_ref().map(|of| F::at(of, place)), least, self.floor)
-                    } else {
-                        let floor = (largest(corners) * self.floor).max(least);
-                        corners.map(|x| x.max(floor))
-                    };
-                    store::<F>(&corners, always, leaves, place).write(&mut means, first);
-                }
-            }
-            let mean = sum_parts(&means, &self.guide.borders(cell as usize), &mut divided.ends);
-            if let Some(weight) = self.work.weights.as_flattened_mut().get_mut(cell as usize) {
-                *weight = self.guide.mass(cell as usize) * mean;
-            }
-        }
-    }
-}
-
-/// The shares of a cell's numbers that its parts have.
-#[inline(always)]
-fn areas(borders: &Borders) -> [f32; MIDDLES] {
-    let mut areas = [0.5; MIDDLES];
-    let mut all = borders.chunks_exact(PARTS - 1).map(|of| widths(of.first_chunk().copied().unwrap_or_default()));
-    let rows = all.next().unwrap_or_default().into_iter().zip(all);
-    for (out, (height, widths)) in areas.chunks_exact_mut(PARTS).zip(rows) {
-        out.iter_mut().zip(widths).for_each(|(out, width)| *out = height * width);
-    }
-    areas
 }
 
 /// F at the middles of the parts of a divided cell that is not finished.

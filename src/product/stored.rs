@@ -3,10 +3,10 @@
 use crate::blob::Magic;
 use crate::brdf::ggx::Refracting;
 use crate::brdf::material::MAX_LOBES;
-use crate::light::guide::{MAX_CELLS, Short};
-use crate::light::parts::{Borders, MIDDLES, PARTS};
+use crate::light::guide::{MAX_CELLS, Short, read};
+use crate::light::parts::{MIDDLES, PARTS};
 use crate::light::tables::decode;
-use crate::simd::{Four, GROUP, Num, Whole};
+use crate::simd::{Four, GROUP, Num, Whole, places};
 use bytemuck::{Pod, Zeroable};
 
 /// The most cells that can be divided.
@@ -242,28 +242,27 @@ const HALF_STEP: u32 = 1 << 11;
 const LEAST: f32 = f32::from_bits(OF_WORD_0 + (1 << 12));
 const MOST: f32 = f32::from_bits(OF_WORD_0 + (0xffff << 12));
 
-/// Stores leaves whose corners count, from place `first` of a group on; others become 0. Answers the mean of what is stored.
+/// Corners in the range of what leaves hold.
 #[inline(always)]
-pub fn store<F: Num>(corners: &Corners<F>, counts: F::Mask, out: &mut Leaves, first: usize) -> F {
-    let [a, b, c, d] = *corners;
-    let near = |x: F| x.max(F::splat(LEAST)).min(F::splat(MOST));
-    store_near(&[near(a), near(b), near(c), near(d)], counts, out, first)
+pub fn near<F: Num>(corners: Corners<F>) -> Corners<F> {
+    corners.map(|x| x.max(F::splat(LEAST)).min(F::splat(MOST)))
 }
 
-/// As [`store`], of corners that are in the range of words where they count.
+/// Stores leaves from place `first` of a group on, whose corners are in that range where they count. `only`: what counts; elsewhere 0. Answers the mean of what
+/// is stored.
 #[inline(always)]
-pub fn store_near<F: Num>([a, b, c, d]: &Corners<F>, counts: F::Mask, out: &mut Leaves, first: usize) -> F {
-    let word = |x: F| (x.to_bits() + F::Whole::splat(HALF_STEP.wrapping_sub(OF_WORD_0))).shr::<12>();
-    let [a, b, c, d] = [word(*a), word(*b), word(*c), word(*d)];
-    let [upper, lower] = out;
-    for (out, pair) in [(upper, a | b.shl::<16>()), (lower, c | d.shl::<16>())] {
-        let pair = F::ints_of(F::only(counts, F::from_bits(pair)).to_bits());
+pub fn store<F: Num>(corners: &Corners<F>, only: impl Fn(F) -> F, out: &mut Leaves, first: usize) -> F {
+    let rounded = |x: F| (x.to_bits() + F::Whole::splat(HALF_STEP)) & F::Whole::splat(!(2 * HALF_STEP - 1));
+    let [a, b, c, d] = [rounded(corners[0]), rounded(corners[1]), rounded(corners[2]), rounded(corners[3])];
+    // A word is what stands above half a step, less what word 0 has there; the upper one of a pair loses what is above it.
+    let none = F::Whole::splat((OF_WORD_0 >> 12).wrapping_add(OF_WORD_0 << 4).wrapping_neg());
+    for (out, [low, high]) in out.iter_mut().zip([[a, b], [c, d]]) {
+        let pair = F::ints_of(only(F::from_bits(low.shr::<12>() + high.shl::<4>() + none)).to_bits());
         if let Some(out) = out.get_mut(first..first + F::WIDTH) {
             out.copy_from_slice(pair.as_ref());
         }
     }
-    let stored = |word: F::Whole| F::from_bits(word.shl::<12>() + F::Whole::splat(OF_WORD_0));
-    F::only(counts, (stored(a) + stored(b) + stored(c) + stored(d)) * 0.25)
+    only((F::from_bits(a) + F::from_bits(b) + F::from_bits(c) + F::from_bits(d)) * 0.25)
 }
 
 /// The mean of a leaf, with the bits that [`store`] answers.
@@ -272,71 +271,68 @@ pub fn mean([upper, lower]: [u32; 2]) -> f32 {
     (a + b + c + d) * 0.25
 }
 
+/// Running sums of each four.
 #[inline(always)]
-fn running<F: Num>([a, b, c, d]: [F; 4]) -> [F; 4] {
-    [a, a + b, a + b + c, a + b + c + d]
-}
-
-/// Columns of four rows of lanes, as they are stored.
-#[inline(always)]
-fn turned(rows: [Four; 4]) -> [Quad; 4] {
-    Four::rows(&rows.map(Four::store), Four::counted()).map(Four::store)
+fn running<F: Num>(x: F) -> F {
+    let two = x + x.up();
+    let three = x + two.up();
+    x + three.up()
 }
 
 /// Writes running sums of the weights of all cells, which a sample searches and nobody normalises. Answers their sum.
 #[inline(always)]
-pub fn write_tops(weights: &[f32], grid: [u32; 2], tops_out: &mut [Quad]) -> f32 {
+pub fn write_tops<'a, F: Num>(
+    weights: impl Iterator<Item = &'a [f32; GROUP]>,
+    grid: [u32; 2],
+    tops_out: &mut [Quad],
+) -> f32 {
     let [rows, quads, _] = tops(grid);
     let (of_rows, rest) = tops_out.split_at_mut_checked(rows).unwrap_or_default();
     let (of_quads, of_cells) = rest.split_at_mut_checked(quads).unwrap_or_default();
-    // Four quads side by side, each one after the other: a cell without weight must end where it begins.
-    let weights: &[[Quad; 4]] = bytemuck::try_cast_slice(weights).unwrap_or(&[]);
-    let of_four: &mut [[Quad; 4]] = bytemuck::try_cast_slice_mut(of_cells).unwrap_or_default();
-    for (out, weights) in of_four.iter_mut().zip(weights) {
-        *out = turned(running(Four::rows(weights, Four::counted())));
+    // A cell without weight must end where it begins: each sum comes from the one before.
+    for (out, weights) in of_cells.as_flattened_mut().chunks_exact_mut(GROUP).zip(weights) {
+        for first in places::<F>() {
+            running(F::at(weights, first)).write(out, first);
+        }
     }
     let mut total = 0.0;
+    let ends = of_rows.as_flattened_mut().iter_mut();
     if of_quads.is_empty() {
-        for (end, &[.., sum]) in of_rows.as_flattened_mut().iter_mut().zip(&*of_cells) {
+        for (end, &[.., sum]) in ends.zip(&*of_cells) {
             total += sum;
             *end = total;
         }
         return total;
     }
     let of_cells: &[[Quad; 4]] = bytemuck::try_cast_slice(of_cells).unwrap_or(&[]);
-    let rows = of_rows.as_flattened_mut().iter_mut().zip(of_quads).zip(of_cells);
-    for ((end, out), &[[.., a], [.., b], [.., c], [.., d]]) in rows {
-        *out = running([a, b, c, d]);
+    for ((end, out), &[[.., a], [.., b], [.., c], [.., d]]) in ends.zip(of_quads).zip(of_cells) {
+        *out = [a, a + b, a + b + c, a + b + c + d];
         total += out[3];
         *end = total;
     }
     total
 }
 
-/// Sums the means of the parts of a divided cell. Answers the mean of the cell. Rows of parts stand side by side in lanes.
+/// Sums the means of the parts of a divided cell. Answers the mean of the cell.
 #[inline(always)]
-pub fn sum_parts(means: &[f32; MIDDLES], borders: &Borders, [of_rows, of_parts @ ..]: &mut Ends) -> f32 {
-    let (rows, columns) = borders.split_at(PARTS - 1);
-    let border = |k: usize| Four::each(|row| columns.get((PARTS - 1) * row + k).copied().unwrap_or(0.0));
-    let widths_of = widths([border(0), border(1), border(2)]);
-    let mut ends = Four::rows(bytemuck::cast_ref::<_, [Quad; PARTS]>(means), Four::counted());
-    let mut sum = Four::splat(0.0);
-    for (end, width) in ends.iter_mut().zip(widths_of) {
-        sum = sum + *end * width;
-        *end = sum;
+pub fn sum_parts<F: Num>(
+    means: &[f32; MIDDLES],
+    borders: &[[Short; 4]; QUADS],
+    [of_rows, of_parts @ ..]: &mut Ends,
+) -> f32 {
+    let [of_row, borders @ ..] = borders;
+    let out = of_parts.as_flattened_mut();
+    for (first, borders) in (0..).step_by(F::WIDTH).zip(borders.as_flattened().chunks_exact(F::WIDTH)) {
+        running(F::at(means, first) * widths::<F>(borders)).write(out, first);
     }
-    *of_parts = turned(ends);
-    let mut total = 0.0;
-    let heights = widths(rows.first_chunk().copied().unwrap_or_default());
-    for ((end, height), sum) in of_rows.iter_mut().zip(heights).zip(sum.store()) {
-        total += sum * height;
-        *end = total;
-    }
-    total
+    *of_rows = running(Four::load(of_parts.map(|[.., sum]| sum)) * widths::<Four>(of_row)).store();
+    of_rows[PARTS - 1]
 }
 
-/// The widths of the four parts that three borders make.
+/// The widths of the four parts that each three borders make.
 #[inline(always)]
-pub fn widths<F: Num>([a, b, c]: [F; PARTS - 1]) -> [F; PARTS] {
-    [a, b - a, c - b, F::splat(1.0) - c]
+pub fn widths<F: Num>(borders: &[Short]) -> F {
+    // A 0 stands behind them.
+    let ends = read::<F>(borders) + F::each(|lane| if lane % PARTS == PARTS - 1 { 1.0 } else { 0.0 });
+    ends - ends.up()
 }

@@ -58,6 +58,7 @@ impl Num for A4 {
     type Ints = [u32; WIDTH];
 
     methods! {
+        up(self) -> A4 = A4([0.0, self.0[0], self.0[1], self.0[2]]);
         splat(x: f32) -> A4 = A4([x; WIDTH]);
         load(lanes: [f32; WIDTH]) -> A4 = A4(lanes);
         store(self) -> [f32; WIDTH] = self.0;

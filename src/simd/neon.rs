@@ -80,6 +80,7 @@ impl Num for N4 {
         select(mask: U4, a: N4, b: N4) -> N4 = N4(vbslq_f32(mask.0, a.0, b.0));
         bits(mask: U4) -> u32 = vaddvq_u32((mask & N4::whole([1, 2, 4, 8])).0);
         sign_bits(whole: U4) -> u32 = N4::bits(U4(vtstq_u32(whole.0, vdupq_n_u32(1 << 31))));
+        up(self) -> N4 = N4(vextq_f32::<3>(vdupq_n_f32(0.0), self.0));
     }
 
     #[inline(always)]
@@ -102,9 +103,8 @@ impl Num for N4 {
     fn sums(self) -> N4 {
         // SAFETY: NEON is part of AArch64.
         unsafe {
-            let zero = vdupq_n_f32(0.0);
-            let two = vaddq_f32(self.0, vextq_f32::<3>(zero, self.0));
-            N4(vaddq_f32(two, vextq_f32::<2>(zero, two)))
+            let two = self + self.up();
+            N4(vaddq_f32(two.0, vextq_f32::<2>(vdupq_n_f32(0.0), two.0)))
         }
     }
 

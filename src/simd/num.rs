@@ -141,6 +141,8 @@ pub trait Num:
 
     /// In each four lanes the sum of the first, of the first two, of three and of four; of one number, itself.
     fn sums(self) -> Self;
+    /// In each four lanes 0 and the first three; of one number, 0.
+    fn up(self) -> Self;
 
     /// The first numbers of a slice; zeros if it is too short.
     #[inline(always)]
@@ -287,6 +289,7 @@ impl Num for f32 {
         to_bits(self) -> One = One(f32::to_bits(self));
         to_whole(self) -> One = One(super::truncate(self));
         sums(self) -> f32 = self;
+        up(self) -> f32 = 0.0;
     }
 
     #[inline(always)]

@@ -281,6 +281,7 @@ macro_rules! lanes {
                 and(a: Self, b: Self) -> Self = $name($isa::and(a.0, b.0));
                 or(a: Self, b: Self) -> Self = $name($isa::or(a.0, b.0));
                 bits(mask: Self) -> u32 = $isa::movemask(mask.0) as u32;
+                up(self) -> Self = $name($isa::up::<4>(self.0));
             }
 
             #[inline(always)]
@@ -295,8 +296,8 @@ macro_rules! lanes {
             fn sums(self) -> Self {
                 // SAFETY: whoever names this type has its instructions.
                 unsafe {
-                    let two = $isa::add(self.0, $isa::up::<4>(self.0));
-                    $name($isa::add(two, $isa::up::<8>(two)))
+                    let two = self + self.up();
+                    $name($isa::add(two.0, $isa::up::<8>(two.0)))
                 }
             }
 

@@ -8,7 +8,7 @@ use super::prepared::Prepared;
 use bytemuck::{Zeroable, bytes_of_mut};
 use wis::light::batch::{Density, pdfs, samples};
 use wis::light::plan::{Description, Filter};
-use wis::product::prepare::{Config, Work, prepare_in};
+use wis::product::prepare::{Config, Task, Work};
 use wis::product::stored::{MAX_DIVIDED, most_bytes};
 use wis::sample::Sample;
 use wis::simd::Level;
@@ -117,9 +117,9 @@ fn memory_for_work_leaves_no_trace() {
             bytes_of_mut(&mut work).fill(0x7e);
             let mut words = vec![0u128; most_bytes(MAX_DIVIDED) / 16];
             let memory = bytemuck::cast_slice_mut(&mut words);
-            let (level, environment) = (Level::detect(), built.environment());
-            let bytes = prepare_in(level, &environment, &point, &Config::default(), &mut work, memory);
-            let bytes = bytes.expect("the point is valid");
+            let (level, environment) = (Level::detect(), &built.environment());
+            let task = Task { level, environment, point: &point, config: &Config::default() };
+            let bytes = task.prepare(Some(&mut work), memory).expect("the point is valid");
             assert!(memory[..bytes] == *expected.bytes(), "{name}");
         }
     }

@@ -11,7 +11,7 @@ use wis::direct::Ray;
 use wis::direct::sampler::{self as direct, Sampler};
 use wis::light::chart::Layout;
 use wis::light::plan::{Description, Filter};
-use wis::product::prepare::{Config, prepare};
+use wis::product::prepare::{Config, Task};
 use wis::product::stored::most_bytes;
 use wis::simd::Level;
 use wis::status::Status;
@@ -172,8 +172,9 @@ fn a_light_alone_has_no_products() {
     let point = view(material, [0.0, 0.6, 0.8], 40.0, 1.0);
     let mut memory = vec![0u64; most_bytes(8).div_ceil(8)];
     let bytes = bytemuck::cast_slice_mut(&mut memory);
-    let refused = prepare(Level::BASELINE, &alone.environment(), &point, &Config::default(), bytes);
-    assert_eq!(refused, Err(Status::NotBuilt.into()));
+    let (level, environment) = (Level::BASELINE, &alone.environment());
+    let task = Task { level, environment, point: &point, config: &Config::default() };
+    assert_eq!(task.prepare(None, bytes), Err(Status::NotBuilt.into()));
     let rays = |built: &Built, hits_per_pixel| {
         let config = direct::Config { rays: 4, candidates_per_ray: 0, hits_per_pixel, reserved: 0 };
         let mut memory = vec![0u64; config.bytes().div_ceil(8)];

@@ -4,7 +4,7 @@ use super::built::Built;
 use wis::brdf::point::Point;
 use wis::light::batch::Density;
 use wis::product::density::Shaded;
-use wis::product::prepare::{Config, prepare};
+use wis::product::prepare::{Config, Task};
 use wis::product::stored::{MAX_DIVIDED, Product, most_bytes};
 use wis::simd::Level;
 use wis::sphere::Frame;
@@ -35,7 +35,7 @@ impl<'a> Prepared<'a> {
     ) -> Result<Prepared<'a>, Error> {
         let mut words = vec![u128::from_ne_bytes([filling; 16]); most_bytes(MAX_DIVIDED) / 16];
         let memory = bytemuck::cast_slice_mut(&mut words);
-        let bytes = prepare(level, &built.environment(), point, config, memory)?;
+        let bytes = Task { level, environment: &built.environment(), point, config }.prepare(None, memory)?;
         Ok(Prepared { built, words, bytes })
     }
 

@@ -12,6 +12,7 @@ pub(crate) struct Strided<const N: usize> {
 
 impl<const N: usize> Strided<N> {
     /// Checks `count` elements; a stride of 0 means that they stand close together.
+    #[inline(always)]
     pub(crate) fn new(start: *const f32, stride: usize, count: usize, argument: u32) -> Checked<Strided<N>> {
         Ok(Strided { start, stride: check_stride(N, start, stride, count, argument)? })
     }
@@ -36,6 +37,7 @@ pub(crate) struct StridedMut<const N: usize> {
 
 impl<const N: usize> StridedMut<N> {
     /// Checks `count` elements; a stride of 0 means that they stand close together.
+    #[inline(always)]
     pub(crate) fn new(start: *mut f32, stride: usize, count: usize, argument: u32) -> Checked<StridedMut<N>> {
         Ok(StridedMut { start, stride: check_stride(N, start, stride, count, argument)? })
     }

@@ -296,6 +296,12 @@ impl Num for f32 {
     fn rows(table: &[[f32; 4]], One(i): One) -> [f32; 4] {
         table.get(i as usize).copied().unwrap_or([0.0; 4])
     }
+
+    #[inline(always)]
+    fn pairs(table: &[u16], One(i): One) -> One {
+        let pair = table.get(i as usize..(i as usize).wrapping_add(2));
+        One(pair.map_or(0, |pair| u32::from(pair[0]) | u32::from(pair[1]) << 16))
+    }
 }
 
 /// One whole number.

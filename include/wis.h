@@ -222,7 +222,7 @@ typedef struct wis_sampler_config {
   uint32_t reserved; /**< Always 0. */
 } wis_sampler_config;
 
-/// The bytes that a sampler needs: 5 kB for 16 rays, 2 kB for one to four. Work: constant.
+/// The bytes that a sampler needs: 6 kB for 16 rays, 2 kB for one to four. Work: constant.
 enum wis_status wis_sampler_size(const struct wis_sampler_config *config, struct wis_memory_size *size, struct wis_diagnostic *diagnostic);
 
 /// Makes a sampler in `memory`. Detects the processor's instructions, which takes microseconds: once for a thread. Work: bytes.

@@ -497,6 +497,31 @@ fn short_memory() {
     assert!(memory.bytes()[..expected.len()] == expected);
 }
 
+/// A sampler keeps tables: where a light takes the place of another one, it reads the new ones, as a new sampler does.
+#[test]
+fn a_light_in_the_place_of_another() {
+    let lights = [[33, 17], [64, 8]]
+        .map(|[width, height]| build(&config(WIS_LAYOUT_LATLONG, width, height, &texels(width * height))));
+    let settings = SamplerConfig { size: size_of::<SamplerConfig>() as u32, rays: 1, ..SamplerConfig::default() };
+    let (mut place, mut sampler) = (Memory::new(lights[0].len() + lights[1].len()), Memory::new(1 << 16));
+    let mut last = |order: &[usize]| {
+        let (mut handle, mut drawn, u) = (null_mut(), Sample::default(), [0.3f32, 0.7]);
+        // SAFETY: all pointers are valid.
+        unsafe {
+            let status = wis_sampler_init(&settings, sampler.pointer(), 1 << 16, &mut handle, null_mut());
+            assert_eq!(status, Status::Ok);
+            for &light in order {
+                place.bytes_mut()[..lights[light].len()].copy_from_slice(&lights[light]);
+                let environment = place.pointer().cast_const().cast();
+                assert_eq!(wis_sample(handle, environment, null(), 1, u.as_ptr(), 0, &mut drawn, 0), Status::Ok);
+            }
+        }
+        drawn
+    };
+    assert_eq!(last(&[0, 1]), last(&[1]));
+    assert_eq!(last(&[1, 0]), last(&[0]));
+}
+
 /// What reads exact tables says that they were not built, and where.
 #[test]
 fn rays_alone() {

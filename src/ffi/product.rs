@@ -98,7 +98,7 @@ pub unsafe extern "C" fn wis_product_prepare(
 ) -> Status {
     // SAFETY: the caller's contract, also for what stands inside.
     unsafe {
-        with_level(sampler, |level| {
+        with_level(sampler, |level, _| {
             let environment = exact(environment, 2)?;
             let flags = sized(config, 3)?.flags;
             let config = checked(sized(config, 3)?, 3)?;

@@ -54,6 +54,8 @@ pub(super) struct Header {
     /// Bytes of working memory behind this.
     scratch: u32,
     pub(super) fault: Diagnostic,
+    #[cfg(feature = "products")]
+    tables: super::light::Tables,
 }
 
 /// The levels in the order of their numbers, from [`WIS_CPU_BASELINE`] on.
@@ -85,7 +87,7 @@ fn needed(config: &Config) -> usize {
     (size_of::<Header>() + config.bytes()).next_multiple_of(WIS_ALIGNMENT)
 }
 
-/// The bytes that a sampler needs: 5 kB for 16 rays, 2 kB for one to four. Work: constant.
+/// The bytes that a sampler needs: 6 kB for 16 rays, 2 kB for one to four. Work: constant.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -123,9 +125,11 @@ pub unsafe extern "C" fn wis_sampler_init(
         let level = level(raw.cpu_level)?.code();
         check_block(memory.cast(), bytes, needed(&config), 2)?;
         let handle = out(sampler, 4)?;
-        let (header, scratch) = (memory.cast::<Header>(), config.bytes());
-        header.write(Header { magic: MAGIC, config, level, scratch: scratch as u32, fault: Diagnostic::default() });
-        header.add(1).cast::<u8>().write_bytes(0, scratch);
+        // All zeros, also what no field takes: the same bytes whatever the block held.
+        memory.cast::<u8>().write_bytes(0, needed(&config));
+        let header = memory.cast::<Header>();
+        ((*header).magic, (*header).level) = (MAGIC, level);
+        ((*header).config, (*header).scratch) = (config, config.bytes() as u32);
         handle.write(memory.cast());
         Ok(())
     })
@@ -175,13 +179,17 @@ unsafe fn readable(header: *const Header) -> Checked<*const Header> {
     Ok(header)
 }
 
-/// The instructions that a sampler was made for, for a call that needs nothing else of it; notes where the call fails.
+/// The instructions that a sampler was made for, and the tables that it keeps, for a call that needs nothing else of it; notes where the call
+/// fails.
 ///
 /// # Safety
 /// As [`with_sampler`].
 #[cfg(feature = "products")]
 #[inline(always)]
-pub(super) unsafe fn with_level(sampler: *mut SamplerObject, body: impl FnOnce(Level) -> Checked<()>) -> Status {
+pub(super) unsafe fn with_level(
+    sampler: *mut SamplerObject,
+    body: impl FnOnce(Level, &mut super::light::Tables) -> Checked<()>,
+) -> Status {
     // SAFETY: the caller's contract; the level was detected on this machine when the sampler was made.
     unsafe {
         if let Err(failure) = readable(sampler.cast()) {
@@ -189,7 +197,7 @@ pub(super) unsafe fn with_level(sampler: *mut SamplerObject, body: impl FnOnce(L
         }
         let header: *mut Header = sampler.cast();
         let Some(level) = Level::from_code((*header).level) else { return Status::Mismatch };
-        answer(&raw mut (*header).fault, || body(level))
+        answer(&raw mut (*header).fault, || body(level, &mut (*header).tables))
     }
 }
 

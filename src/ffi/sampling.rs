@@ -33,11 +33,11 @@ pub unsafe extern "C" fn wis_sample(
 ) -> Status {
     // SAFETY: the caller's contract, also for what stands inside.
     unsafe {
-        with_level(sampler, |level| {
+        with_level(sampler, |level, kept| {
             let environment = exact(environment, 2)?;
             let u = Strided::<2>::new(u, u_stride, count, 5)?;
             let out = StridedMut::<4>::new(drawn.cast(), drawn_stride, count, 7)?;
-            let (light, frame) = (&tables(&environment), environment.frame());
+            let (light, frame) = (tables(kept, &environment), environment.frame());
             if product.is_null() {
                 in_batches(&u, &out, count, |u, out| samples(level, light, &frame, u, cast_slice_mut(out)));
                 return Ok(());
@@ -73,11 +73,11 @@ pub unsafe extern "C" fn wis_pdf(
 ) -> Status {
     // SAFETY: the caller's contract, also for what stands inside.
     unsafe {
-        with_level(sampler, |level| {
+        with_level(sampler, |level, kept| {
             let environment = exact(environment, 2)?;
             let wi = Strided::<3>::new(wi, wi_stride, count, 5)?;
             let pdf = StridedMut::<1>::new(pdf, pdf_stride, count, 7)?;
-            let (light, frame) = (&tables(&environment), environment.frame());
+            let (light, frame) = (tables(kept, &environment), environment.frame());
             if product.is_null() {
                 in_batches(&wi, &pdf, count, |wi, pdf| pdfs(level, light, &frame, wi, pdf.as_flattened_mut()));
                 return Ok(());
@@ -110,9 +110,9 @@ pub unsafe extern "C" fn wis_invert(
 ) -> Status {
     // SAFETY: the caller's contract, also for what stands inside.
     unsafe {
-        with_level(sampler, |_| {
+        with_level(sampler, |_, kept| {
             let environment = exact(environment, 2)?;
-            let (light, frame) = (&tables(&environment), environment.frame());
+            let (light, frame) = (tables(kept, &environment), environment.frame());
             let product = if product.is_null() { None } else { Some(self::product(product, &environment, 3)?) };
             let shaded = product.map(|product| Shaded::new(light, product));
             let wi = Strided::<3>::new(wi, wi_stride, count, 5)?;

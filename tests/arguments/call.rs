@@ -5,6 +5,7 @@ use super::header::{Function, Parameter};
 use super::scene::{Scene, Value};
 use super::table::{Entry, TABLE};
 use wis::ffi::Diagnostic;
+use wis::light::tables::Light;
 use wis::status::Status;
 
 /// The field that a diagnostic names.
@@ -110,6 +111,17 @@ impl<'a> Call<'a> {
     /// What an argument points to.
     pub fn bytes(&self, name: &str) -> &[u8] {
         self.arguments[self.position(name)].block.as_ref().expect("a pointer")
+    }
+
+    /// What a call left where an argument points to; of a sampler but for the tables that it keeps, which are addresses.
+    pub fn result(&self, name: &str) -> Vec<u8> {
+        /// Where those tables begin.
+        const KEPT: usize = 64;
+        let mut bytes = self.bytes(name).to_vec();
+        if name == "sampler" {
+            bytes.iter_mut().skip(KEPT).take(size_of::<(usize, u64, Light<'_>)>()).for_each(|byte| *byte = 0);
+        }
+        bytes
     }
 
     /// What an argument points to, as floats.

@@ -68,7 +68,7 @@ fn any_control_word() {
                 assert_eq!(kept & !word::FLAGS, host, "{}", function.name);
                 assert_eq!(answer == 0, spoiled.is_none(), "{}", function.name);
                 for parameter in function.parameters.iter().filter(|p| spoiled.is_none() && p.is_result()) {
-                    assert_eq!(call.bytes(&parameter.name), expected.bytes(&parameter.name), "{}", function.name);
+                    assert_eq!(call.result(&parameter.name), expected.result(&parameter.name), "{}", function.name);
                 }
             }
         }

@@ -215,7 +215,7 @@ fn wide_strides() {
             if result.name == array {
                 assert_eq!(spread(&packed.floats(array), gap), wide.floats(array), "{}", function.name);
             } else if result.is_pointer() && !result.declaration.starts_with("const") {
-                assert_eq!(packed.bytes(&result.name), wide.bytes(&result.name), "{}", function.name);
+                assert_eq!(packed.result(&result.name), wide.result(&result.name), "{}", function.name);
             }
         }
     });

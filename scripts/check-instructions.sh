@@ -19,14 +19,14 @@ direct  1  mix     1024 3400 3359 3293 -
 direct  1  ggx     1024 3600 4426 4375 19891
 prepare 1  lambert 1024 6500 6602 6473 18787
 prepare 1  ggx     1024 16000 19249 18872 32227
-sample  1  lambert 1024 1200 2135 2093 3213
-sample  1  ggx     1024 1200 2418 2371 3564
-pdf     1  lambert 1024 800 1341 1315 2283
-pdf     1  ggx     1024 800 1612 1580 2557
-sample  64 lambert 1024 500 564 553 1098
-sample  64 ggx     1024 500 617 605 1260
-pdf     64 lambert 1024 300 385 377 685
-pdf     64 ggx     1024 300 405 397 758
+sample  1  lambert 1024 1200 2090 2049 3213
+sample  1  ggx     1024 1200 2367 2321 3564
+pdf     1  lambert 1024 800 1299 1277 2283
+pdf     1  ggx     1024 800 1568 1537 2557
+sample  64 lambert 1024 500 555 544 1098
+sample  64 ggx     1024 500 607 595 1260
+pdf     64 lambert 1024 300 378 371 685
+pdf     64 ggx     1024 300 398 390 758
 "
 # Calls that are counted, and those whose lines are: their mean is printed.
 calls=64

@@ -43,11 +43,17 @@ pub(crate) fn settle_lanes<F: Num>(mut lanes: u32, world: &mut [F; 3], pdf: &mut
 }
 
 impl Light<'_> {
-    /// World directions that numbers of cells lead to, where those directions are in the tables, and the bits of the lanes in which rounding
-    /// carried them out of their patches: those have to be settled.
+    /// World directions that numbers of cells lead to, where those directions are in the tables (`numbered`: with their own numbers), and the bits
+    /// of the lanes in which rounding carried them out of their patches: those have to be settled.
     #[inline(always)]
-    pub fn lead<F: Num>(&self, frame: &Frame, cells: F::Ints, numbers: [F; 2]) -> ([F; 3], Located<F>, u32) {
-        F::apart(Lead { light: self, frame, cells, numbers, step: 0.0 })
+    pub fn lead<F: Num>(
+        &self,
+        frame: &Frame,
+        cells: F::Ints,
+        numbers: [F; 2],
+        numbered: bool,
+    ) -> ([F; 3], Located<F>, u32) {
+        F::apart(Lead { light: self, frame, cells, numbers, numbered, step: 0.0 })
     }
 
     /// The sample of `u`, settled.
@@ -56,7 +62,7 @@ impl Light<'_> {
     fn settled(&self, frame: &Frame, u: [f32; 2]) -> Sample {
         let ([cell], numbers) = self.cells_of::<f32>(u);
         let (wi, located) = self.settle(frame, cell, numbers);
-        Sample { wi, pdf: self.alone(&located) }
+        Sample { wi, pdf: located.alone }
     }
 
     /// What the numbers of a cell lead to, moved until it is found where it was drawn.
@@ -64,13 +70,14 @@ impl Light<'_> {
     pub(crate) fn settle(&self, frame: &Frame, cell: u32, numbers: [f32; 2]) -> ([f32; 3], Located<f32>) {
         let mut step = FIRST_STEP;
         loop {
-            let (world, located, strayed) = f32::apart(Lead { light: self, frame, cells: [cell], numbers, step });
+            let (world, located, strayed) =
+                f32::apart(Lead { light: self, frame, cells: [cell], numbers, numbered: true, step });
             if strayed == 0 {
                 return (world, located);
             }
             if step >= 1.0 {
                 // A patch smaller than what an f32 direction can tell apart.
-                return (world, self.locate(frame.to_map(unit(world).0)));
+                return (world, self.locate(frame.to_map(unit(world).0), true));
             }
             step *= 2.0;
         }
@@ -96,29 +103,23 @@ impl Light<'_> {
         (frame.to_map([F::only(valid, x), F::only(valid, y), F::select(valid, z, F::splat(1.0))]), valid)
     }
 
-    /// The density in the light of what was located.
-    #[inline(always)]
-    pub(crate) fn alone<F: Num>(&self, located: &Located<F>) -> F {
-        located.patch.light * located.density
-    }
-
     /// The `u` that leads to a world direction of unit length: into the same patch, and there within 2^-22 of `u` over the
     /// patch's share of `u`, along each axis. The direction is normalised as [`Density::pdf`] does it, or rounding would part them.
     pub fn invert(&self, frame: &Frame, wi: [f32; 3]) -> Inverted {
         let (map, _) = self.valid(frame, wi);
-        let located = self.locate::<f32>(map);
-        if !(self.alone(&located) > 0.0) {
+        let located = self.locate::<f32>(map, true);
+        if !(located.alone > 0.0) {
             return Inverted::Zero;
         }
-        let [cell] = located.patch.cell;
+        let [cell] = located.cell;
         let range = self.cell_range(cell as usize);
         let outer =
             |numbers: [f32; 2]| [0, 1].map(|k: usize| (range[k].0 + numbers[k] * range[k].1).min(ONE_MINUS_EPSILON));
         let leads = |u: &[f32; 2]| {
             let (cell, numbers) = self.cells_of::<f32>(*u);
-            located.is_in_patch_of(&self.lead::<f32>(frame, cell, numbers).1)
+            located.is_in_patch_of(&self.lead::<f32>(frame, cell, numbers, false).1)
         };
-        inward(located.numbers(), located.middle(), outer, leads)
+        inward(located.numbers, located.middle(), outer, leads)
     }
 }
 
@@ -126,8 +127,7 @@ impl Density for Light<'_> {
     #[inline(always)]
     fn sample<F: Num>(&self, frame: &Frame, u: [F; 2]) -> ([F; 3], F) {
         let (cells, numbers) = self.cells_of(u);
-        let (mut world, located, strayed) = self.lead(frame, cells, numbers);
-        let mut pdf = self.alone(&located);
+        let (mut world, Located { alone: mut pdf, .. }, strayed) = self.lead(frame, cells, numbers, false);
         settle_lanes(strayed, &mut world, &mut pdf, |lane| self.settled(frame, lane_of(u, lane)));
         (world, pdf)
     }
@@ -135,7 +135,7 @@ impl Density for Light<'_> {
     #[inline(always)]
     fn pdf<F: Num>(&self, frame: &Frame, wi: [F; 3]) -> F {
         let (map, valid) = self.valid(frame, wi);
-        F::only(valid, self.alone(&self.locate(map)))
+        F::only(valid, self.locate(map, false).alone)
     }
 }
 
@@ -145,6 +145,7 @@ struct Lead<'a, F: Num> {
     frame: &'a Frame,
     cells: F::Ints,
     numbers: [F; 2],
+    numbered: bool,
     /// How far positions move towards the middle of their patches, as a share of the way.
     step: f32,
 }
@@ -154,7 +155,7 @@ impl<F: Num> Apart<F> for Lead<'_, F> {
 
     #[inline(always)]
     fn run(self) -> Self::Output {
-        let Lead { light, frame, cells, numbers, step } = self;
+        let Lead { light, frame, cells, numbers, numbered, step } = self;
         let mut drawn = light.sample_in::<F>(cells, numbers);
         if step > 0.0 {
             let moved = |x: F| x + (F::splat(0.5) - x) * step;
@@ -162,7 +163,7 @@ impl<F: Num> Apart<F> for Lead<'_, F> {
         }
         let world = frame.to_world(light.direction_of(&drawn));
         let (located, strayed) = light.relocate(frame.to_map(unit(world).0), &drawn);
-        (world, located, F::bits(strayed))
+        (world, located.located(numbered), F::bits(strayed))
     }
 }
 

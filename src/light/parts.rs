@@ -102,16 +102,16 @@ impl Area<'_> {
             share.max(Four::splat(0.0)).min(Four::splat(1.0))
         });
         let direction = self.direction(position);
-        let density = self.light.drawn_at(&self.place(direction), &drawn).density;
+        let density = self.light.density_at(&self.place(direction), &drawn);
         Sampled { position, direction, density }
     }
 
     /// The numbers of positions, as far as rounding leaves them in the cell; 2 beyond.
     #[inline(never)]
     pub(super) fn find(&self, position: [Four; 2]) -> [Four; 2] {
-        let located = self.light.locate::<Four>(self.direction(position));
-        let mut numbers = located.numbers().map(Num::store);
-        for (lane, &cell) in located.patch.cell.iter().enumerate() {
+        let located = self.light.locate::<Four>(self.direction(position), true);
+        let mut numbers = located.numbers.map(Num::store);
+        for (lane, &cell) in located.cell.iter().enumerate() {
             for of in &mut numbers {
                 of[lane] = if cell == self.cell { of[lane] } else { 2.0 };
             }

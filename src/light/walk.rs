@@ -37,15 +37,27 @@ pub struct Patches<F: Num> {
     width: [F; 2],
 }
 
-/// A direction that was found in the tables: its patch, and where in it.
+/// A direction that was found in the tables: what is left of its patch goes through memory.
 #[derive(Clone, Copy)]
 pub struct Located<F: Num> {
-    /// The patch.
-    pub patch: Patches<F>,
-    /// The position inside, [0, 1] along columns and rows.
-    pub position: [F; 2],
-    /// The density of the direction within its cell, per steradian.
-    pub density: F,
+    /// The cell.
+    pub cell: F::Ints,
+    /// The density of the direction in the light.
+    pub(crate) alone: F,
+    /// The numbers of the direction in its cell, along columns and along rows, each in [0, 1 - 2^-24]; 0 where nobody asked for them.
+    pub(crate) numbers: [F; 2],
+    /// The first patch on the face, and the numbers of its cell that lead to it.
+    first: [F; 2],
+    start: [F; 2],
+    width: [F; 2],
+}
+
+/// The patch of a direction, the position inside, [0, 1] along columns and rows, and the density within the cell.
+#[derive(Clone, Copy)]
+pub(super) struct Within<F: Num> {
+    patch: Patches<F>,
+    position: [F; 2],
+    density: F,
 }
 
 /// Places that were drawn: the patches, and the positions inside.
@@ -66,29 +78,37 @@ impl<F: Num> Drawn<F> {
     }
 }
 
-impl<F: Num> Located<F> {
-    /// The numbers of the direction in its cell: along columns and along rows, each in [0, 1 - 2^-24].
+impl<F: Num> Within<F> {
+    /// The density in the light.
     #[inline(always)]
-    pub fn numbers(&self) -> [F; 2] {
-        let Located { patch, position, .. } = self;
-        let u = patch.shape.invert(*position);
-        let (first, last) = (F::splat(0.0), F::splat(ONE_MINUS_EPSILON));
-        let number = |k: usize| (patch.start[k] + u[k] * patch.width[k]).max(first).min(last);
-        [number(0), number(1)]
+    fn alone(&self) -> F {
+        self.patch.light * self.density
+    }
+
+    /// What is known of the direction; its numbers if asked for.
+    #[inline(always)]
+    pub(super) fn located(&self, numbered: bool) -> Located<F> {
+        let Within { patch, position, .. } = self;
+        let Patches { cell, first, start, width, .. } = *patch;
+        let mut numbers = [F::splat(0.0); 2];
+        if numbered {
+            let u = patch.shape.invert(*position);
+            let number = |k: usize| (start[k] + u[k] * width[k]).max(F::splat(0.0)).min(F::splat(ONE_MINUS_EPSILON));
+            numbers = [number(0), number(1)];
+        }
+        Located { cell, alone: self.alone(), numbers, first, start, width }
     }
 }
 
 impl Located<f32> {
     /// The numbers of the middle of the patch, in its cell.
     pub(crate) fn middle(&self) -> [f32; 2] {
-        let Patches { start, width, .. } = self.patch;
-        [start[0] + 0.5 * width[0], start[1] + 0.5 * width[1]]
+        [self.start[0] + 0.5 * self.width[0], self.start[1] + 0.5 * self.width[1]]
     }
 
     /// Whether another direction is in the same patch.
     pub(crate) fn is_in_patch_of(&self, other: &Located<f32>) -> bool {
-        let (a, b) = (&self.patch, &other.patch);
-        a.cell == b.cell && a.first == b.first
+        self.cell == other.cell && self.first == other.first
     }
 }
 
@@ -505,14 +525,14 @@ impl<'a> Light<'a> {
         walk.drawn::<F>(self, &numbers, 0)
     }
 
-    /// Where directions of unit length are, and their densities within their cells.
+    /// Where directions of unit length are; `numbered`: with their numbers.
     #[inline(always)]
-    pub fn locate<F: Num>(&self, direction: Direction<F>) -> Located<F> {
-        F::apart(Locate { light: self, direction, settles: true })
+    pub fn locate<F: Num>(&self, direction: Direction<F>, numbered: bool) -> Located<F> {
+        F::apart(Locate { light: self, direction, numbered, settles: true })
     }
 
     #[inline(always)]
-    fn find<F: Num, const N: usize>(&self, direction: Direction<F>) -> (Located<F>, Place<F>) {
+    fn find<F: Num, const N: usize>(&self, direction: Direction<F>) -> (Within<F>, Place<F>) {
         let place = self.chart.place(direction);
         let [columns, rows] = self.chart.axes;
         let mut walk = Walk::<N>::new();
@@ -527,7 +547,7 @@ impl<'a> Light<'a> {
 
     /// The lanes without light from which rounding may lead a client over a border of their patches.
     #[inline(always)]
-    pub(super) fn dark_at_border<F: Num>(&self, located: &Located<F>, place: &Place<F>) -> F::Mask {
+    pub(super) fn dark_at_border<F: Num>(&self, located: &Within<F>, place: &Place<F>) -> F::Mask {
         let (zero, one) = (F::splat(0.0), F::splat(1.0));
         let from_border = |k: usize| {
             let position = located.position[k];
@@ -538,7 +558,7 @@ impl<'a> Light<'a> {
         let [columns, rows] = self.chart.axes;
         let widest = 2.0 * core::f32::consts::PI / columns.length.min(rows.length);
         let angle = across.min(down) * place.solid_angle * F::splat(1.0 / widest);
-        F::and(self.alone(located).le(zero), angle.lt(F::splat(ROUNDING)))
+        F::and(located.alone().le(zero), angle.lt(F::splat(ROUNDING)))
     }
 
     /// The brightest of the directions that rounding makes of one, if any is lit. About a pole it moves azimuths, too.
@@ -554,10 +574,9 @@ impl<'a> Light<'a> {
         let turned = [[x + turn, y, z], [x - turn, y, z], [x, y + turn, z], [x, y - turn, z]];
         let (mut brightest, mut found) = (0.0, direction);
         for moved in (0..8).map(corner).chain(turned) {
-            let located = f32::apart(Locate { light: self, direction: moved, settles: false });
-            let density = self.alone(&located);
-            if density > brightest {
-                (brightest, found) = (density, moved);
+            let located = f32::apart(Locate { light: self, direction: moved, numbered: false, settles: false });
+            if located.alone > brightest {
+                (brightest, found) = (located.alone, moved);
             }
         }
         found
@@ -569,17 +588,17 @@ impl<'a> Light<'a> {
         self.chart.direction(drawn.patch.face, drawn.place())
     }
 
-    /// Drawn places with their densities: what [`Light::locate`] would find, but for rounding at the borders of patches.
+    /// The densities of drawn places within their cells: what [`Light::locate`] would find, but for rounding at the borders of patches.
     #[inline(always)]
-    pub fn drawn_at<F: Num>(&self, place: &Place<F>, drawn: &Drawn<F>) -> Located<F> {
-        located(&drawn.patch, drawn.position, place)
+    pub fn density_at<F: Num>(&self, place: &Place<F>, drawn: &Drawn<F>) -> F {
+        located(&drawn.patch, drawn.position, place).density
     }
 
     /// As [`Light::locate`] for directions that were drawn from known patches: in those that still hold them, and a mask of the
     /// lanes in which rounding left the patch. In a light for nearest clients, also of those in which it came so close to the
     /// border that the client's own rounding might find the neighbour.
     #[inline(always)]
-    pub fn relocate<F: Num>(&self, d: Direction<F>, drawn: &Drawn<F>) -> (Located<F>, F::Mask) {
+    pub(super) fn relocate<F: Num>(&self, d: Direction<F>, drawn: &Drawn<F>) -> (Within<F>, F::Mask) {
         let place = self.chart.place(d);
         let patch = &drawn.patch;
         let column = F::of_ints(self.chart.axes[0].patch(place.position[0]));
@@ -596,7 +615,7 @@ impl<'a> Light<'a> {
         }
         let located = within(patch, &place);
         // What has no density where it was drawn may have one where it is found.
-        (located, F::or(out, self.alone(&located).le(F::splat(0.0))))
+        (located, F::or(out, located.alone().le(F::splat(0.0))))
     }
 
     /// Hands out the patches that begin in a row of a face, from left to right. Of coarse ones, all rows together hand out each once.
@@ -670,6 +689,7 @@ impl<'a> Light<'a> {
 struct Locate<'a, F> {
     light: &'a Light<'a>,
     direction: Direction<F>,
+    numbered: bool,
     settles: bool,
 }
 
@@ -678,7 +698,7 @@ impl<F: Num> Apart<F> for Locate<'_, F> {
 
     #[inline(always)]
     fn run(mut self) -> Located<F> {
-        let Locate { light, direction, settles } = self;
+        let Locate { light, direction, numbered, settles } = self;
         let (located, place) = match F::WIDTH {
             1 => light.find::<F, 1>(direction),
             4 => light.find::<F, 4>(direction),
@@ -686,7 +706,7 @@ impl<F: Num> Apart<F> for Locate<'_, F> {
         };
         let mut lanes = F::bits(light.dark_at_border(&located, &place));
         if !settles || lanes == 0 {
-            return located;
+            return located.located(numbered);
         }
         // Dark lanes move over the border, where light is beside.
         while lanes != 0 {
@@ -703,7 +723,7 @@ impl<F: Num> Apart<F> for Locate<'_, F> {
 
 /// A place in the patch that holds it.
 #[inline(always)]
-pub(super) fn within<F: Num>(patch: &Patches<F>, place: &Place<F>) -> Located<F> {
+pub(super) fn within<F: Num>(patch: &Patches<F>, place: &Place<F>) -> Within<F> {
     let (zero, one) = (F::splat(0.0), F::splat(1.0));
     // The quotients do not wait for the place.
     let (across, down) = (one / patch.size[0], one / patch.size[1]);
@@ -714,9 +734,9 @@ pub(super) fn within<F: Num>(patch: &Patches<F>, place: &Place<F>) -> Located<F>
 
 /// A position inside a patch, with its density.
 #[inline(always)]
-fn located<F: Num>(patch: &Patches<F>, position: [F; 2], place: &Place<F>) -> Located<F> {
+fn located<F: Num>(patch: &Patches<F>, position: [F; 2], place: &Place<F>) -> Within<F> {
     let shape = &patch.shape;
     let area = (patch.size[0] * patch.size[1]) * place.solid_angle;
     let scale = patch.probability / (shape.total() * area).max(F::splat(f32::MIN_POSITIVE));
-    Located { patch: *patch, position, density: scale * shape.unscaled(position) }
+    Within { patch: *patch, position, density: scale * shape.unscaled(position) }
 }

@@ -254,15 +254,15 @@ impl<'a> Shaded<'a> {
     /// The density of located directions by the grid. `near`: leaves that may hold them.
     #[inline(always)]
     fn grid<F: Num>(&self, located: &Located<F>, near: Option<&Leaf<F>>) -> F {
-        let numbers = located.numbers();
+        let numbers = located.numbers;
         let leaf = match near.filter(|near| near.holds(numbers)) {
             Some(near) => *near,
-            None => F::apart(LeafAt(self, F::whole(located.patch.cell), numbers)),
+            None => F::apart(LeafAt(self, F::whole(located.cell), numbers)),
         };
         let (zero, one) = (F::splat(0.0), F::splat(1.0));
         let at = |k: usize| ((numbers[k] - leaf.start[k]) / leaf.width(k)).max(zero).min(one);
         let inside = [at(0), at(1)];
-        leaf.shape().unscaled(inside) * (self.light.alone(located) * self.product.header.scale)
+        leaf.shape().unscaled(inside) * (located.alone * self.product.header.scale)
     }
 
     /// Directions of map space near those that numbers of the grid, in [0, 1 - 2^-24]^2, lead to, and what [`Shaded::grid_and_light`] answers
@@ -276,14 +276,14 @@ impl<'a> Shaded<'a> {
     /// The densities of directions of map space, of unit length, by the grid and in the light.
     #[inline(always)]
     pub fn grid_and_light<F: Num>(&self, map: [F; 3]) -> (F, F) {
-        let located = self.light.locate(map);
-        (self.grid(&located, None), self.light.alone(&located))
+        let located = self.light.locate(map, true);
+        (self.grid(&located, None), located.alone)
     }
 
     /// The density of directions of map space of unit length, and where they are.
     #[inline(always)]
     fn find<F: Num>(&self, map: [F; 3]) -> (F, Located<F>) {
-        let located = self.light.locate(map);
+        let located = self.light.locate(map, true);
         (self.mixed(map, self.grid(&located, None)), located)
     }
 
@@ -347,7 +347,7 @@ impl<'a> Shaded<'a> {
             return Inverted::Zero;
         }
         let peak = self.peak.map_or(0.0, |peak| peak.share());
-        let [cell] = located.patch.cell;
+        let [cell] = located.cell;
         let outer = |numbers: [f32; 2]| {
             let [w, v] = self.outer(cell, numbers);
             [min(peak + (1.0 - peak) * w, ONE_MINUS_EPSILON), v]
@@ -358,9 +358,9 @@ impl<'a> Shaded<'a> {
                 return false;
             }
             let (cells, numbers, _) = self.cells_apart([min(grid, ONE_MINUS_EPSILON), u[1]]);
-            located.is_in_patch_of(&self.light.lead::<f32>(frame, cells, numbers).1)
+            located.is_in_patch_of(&self.light.lead::<f32>(frame, cells, numbers, false).1)
         };
-        inward(located.numbers(), located.middle(), outer, leads)
+        inward(located.numbers, located.middle(), outer, leads)
     }
 
     /// The numbers of the grid that lead to numbers (w, v) of a cell: the inverse of [`Shaded::cells`].
@@ -484,10 +484,10 @@ impl<F: Num> Apart<F> for GridSample<'_, F> {
     fn run(self) -> Self::Output {
         let GridSample { shaded, frame, u, mixed } = self;
         let (cells, numbers, leaf) = if F::WIDTH == 1 { shaded.cells_apart(u) } else { shaded.cells(u) };
-        let (world, located, strayed) = shaded.light.lead::<F>(frame, cells, numbers);
+        let (world, located, strayed) = shaded.light.lead::<F>(frame, cells, numbers, true);
         let grid = shaded.grid(&located, Some(&leaf));
         let pdf = if mixed { shaded.with_lobes(frame, world, grid) } else { grid };
-        (world, pdf, shaded.light.alone(&located), strayed)
+        (world, pdf, located.alone, strayed)
     }
 }
 

@@ -70,7 +70,7 @@ fn no_cell_above_the_horizon_is_darker_than_its_floor() {
                 assert_eq!(header.peak, 0.0, "{shape:?} has a density of its own");
                 for _ in 0..5000 {
                     let wi = single(random.direction());
-                    let [cell] = light.locate::<f32>(wi).patch.cell;
+                    let [cell] = light.locate::<f32>(wi, false).cell;
                     let (first, below) = (guide.corner_of(cell as usize), guide.row_length() + 1);
                     let around = [first, first + 1, first + below, first + below + 1].map(|i| corners[i]);
                     let largest = around.into_iter().fold(0.0, f64::max);

@@ -18,6 +18,13 @@ pub fn beside(direction: Vec3, angle: f32, turn: f32) -> Vec3 {
     (direction * angle.cos() + side * angle.sin()).normalize()
 }
 
+/// A direction uniform over the sphere.
+pub fn sphere(u: [f64; 2]) -> [f64; 3] {
+    let (z, (sin, cos)) = (1.0 - 2.0 * u[0], (std::f64::consts::TAU * u[1]).sin_cos());
+    let across = (1.0 - z * z).sqrt();
+    [across * cos, across * sin, z]
+}
+
 /// A direction proportional to the cosine.
 pub fn cosine(normal: Vec3, u: [f32; 2]) -> Vec3 {
     let (tangent, bitangent) = normal.any_orthonormal_pair();

@@ -280,22 +280,7 @@ impl<'a> Light<'a> {
         memory: &'a mut Block,
     ) -> Result<Light<'a>> {
         sampler.borrow_mut().prepare(environment, &product_config(), point, memory)?;
-        Ok(Light::prepared(environment, sampler, memory))
-    }
-
-    /// A product that stands in memory already.
-    pub fn prepared(environment: &'a Environment, sampler: &Rc<RefCell<Sampler>>, memory: &'a Block) -> Light<'a> {
-        assert!(memory.bytes() > 0);
-        Light { environment, sampler: sampler.clone(), product: memory.start().cast() }
-    }
-
-    /// Whether a product serves another point well.
-    ///
-    /// # Errors
-    /// Those of the library.
-    pub fn covers(&self, point: &raw::wis_point) -> Result<bool> {
-        // SAFETY: product, point and material are alive.
-        Ok(answered(0, |covers| unsafe { raw::wis_product_covers(self.product, point, covers) })? != 0)
+        Ok(Light { environment, sampler: sampler.clone(), product: memory.start().cast() })
     }
 
     /// What was prepared, of a product.

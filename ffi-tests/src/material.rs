@@ -294,6 +294,8 @@ fn cosine_hemisphere(u: [F8; 2]) -> V8 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::directions::sphere;
+    use glam::DVec3;
 
     fn point() -> ShadingPoint {
         let normal = Vec3::new(0.2, -0.3, 0.9).normalize();
@@ -306,11 +308,7 @@ mod tests {
         for material in [Material::lambert(), Material::ggx(0.5), Material::mix(0.2)] {
             let bsdf = Bsdf::new(&material, &point());
             let u = crate::points::of(7, 1 << 18);
-            let uniform = |u: [f32; 2]| {
-                let (z, phi) = (1.0 - 2.0 * u[0], std::f32::consts::TAU * u[1]);
-                let r = (1.0 - z * z).max(0.0).sqrt();
-                Vec3::new(r * phi.cos(), r * phi.sin(), z)
-            };
+            let uniform = |u: [f32; 2]| DVec3::from_array(sphere(u.map(f64::from))).as_vec3();
             let count = u.len() as f64;
             let integral: f64 = u.iter().map(|&u| f64::from(bsdf.eval_one(uniform(u)).1)).sum::<f64>() / count
                 * 4.0

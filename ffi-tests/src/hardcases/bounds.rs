@@ -7,6 +7,7 @@ use super::brdf::{V3, single, unit};
 use super::laws::{self, ensure};
 use super::quadrature::{Integral, Peak};
 use crate::client::{Block, Brdf, Density, raw};
+use crate::directions::sphere;
 use crate::environment::{Environment, Light, Sampler};
 use crate::statistics::{chi_square, mean_and_error};
 use crate::threads::on_threads;
@@ -194,8 +195,7 @@ fn look(product: &impl Density, light: &impl Density, task: &Task) -> Result<f64
     let u = crate::points::of(11, LOOKS);
     let mut all: Vec<[f32; 3]> = Vec::with_capacity(3 * LOOKS);
     for (k, u) in u.iter().enumerate() {
-        let (z, phi) = (2.0 * f64::from(u[0]) - 1.0, std::f64::consts::TAU * f64::from(u[1]));
-        let sphere = [(1.0 - z * z).sqrt() * phi.cos(), (1.0 - z * z).sqrt() * phi.sin(), z];
+        let sphere = sphere([1.0 - f64::from(u[0]), f64::from(u[1])]);
         let (scale, peak) = (10f64.powi(-((k % 5) as i32)), task.peaks[k % task.peaks.len()].at);
         all.push(light.sample(*u)?.wi);
         all.push(single(sphere));

@@ -5,6 +5,7 @@ use std::hint::black_box;
 use std::time::Instant;
 use wis_ffi_tests::caches::Cold;
 use wis_ffi_tests::client::{self, Density};
+use wis_ffi_tests::directions::sphere;
 use wis_ffi_tests::statistics::median;
 use wis_ffi_tests::timing::clock;
 
@@ -43,14 +44,7 @@ pub fn speed(densities: &[&dyn Density], rounds: usize) -> Result<Vec<Speed>> {
     let count = (rounds.max(WARM) + 1) * BATCH;
     let u = wis_ffi_tests::points::of(11, count);
     // Neighbours in the sequence are far apart; in a renderer so are neighbours of a batch.
-    let sphere = |[a, b]: [f32; 2]| {
-        let (z, phi) = (1.0 - 2.0 * a, std::f32::consts::TAU * b);
-        let r = (1.0 - z * z).max(0.0).sqrt();
-        let d = [r * phi.cos(), r * phi.sin(), z];
-        let length = d.iter().map(|c| c * c).sum::<f32>().sqrt();
-        d.map(|c| c / length)
-    };
-    let wi = u.iter().map(|u| sphere(*u)).collect();
+    let wi = u.iter().map(|u| sphere(u.map(f64::from)).map(|c| c as f32)).collect();
     let mut inputs = Inputs { u, wi, drawn: vec![[0.0; 3]; BATCH], pdf: vec![0.0; BATCH] };
     let clock = clock();
     let (mut cold, mut memory) = (vec![[const { Vec::new() }; 4]; densities.len()], Cold::default());

@@ -6,6 +6,7 @@ use glam::Vec3;
 use std::f64::consts::TAU;
 use std::path::Path;
 use wis_ffi_tests::client::raw;
+use wis_ffi_tests::directions::sphere;
 use wis_ffi_tests::hardcases::brdf::{Hit, Lobe};
 use wis_ffi_tests::page::{Part, Table};
 use wis_ffi_tests::statistics::{bootstrap_ratio, geometric, splitmix};
@@ -42,9 +43,7 @@ fn uniform(state: &mut u64) -> f64 {
 }
 
 fn direction(state: &mut u64) -> [f64; 3] {
-    let (z, (sine, cosine)) = (1.0 - 2.0 * uniform(state), (TAU * uniform(state)).sin_cos());
-    let r = (1.0 - z * z).sqrt();
-    [r * cosine, r * sine, z]
+    sphere([uniform(state), uniform(state)])
 }
 
 /// Random hits, whose viewer is at least 6 degrees above the surface.

@@ -9,6 +9,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use wis_ffi_tests::measure::{Cell, Row};
 use wis_ffi_tests::method::EXTENDED;
 use wis_ffi_tests::page::times;
+use wis_ffi_tests::paper::range;
 use wis_ffi_tests::peers::Peer;
 use wis_ffi_tests::statistics::geometric;
 
@@ -66,10 +67,7 @@ fn key(area: &Area, lines: &[(String, ShapeStyle)]) -> Drawn {
 fn lines(area: &Area, title: &str, [x, y]: [&str; 2], lines: &[Line]) -> Drawn {
     let area = area.titled(title, ("sans-serif", LARGE))?;
     let all = || lines.iter().flat_map(|line| &line.points);
-    let span = |of: fn(&(f64, f64)) -> f64| {
-        all().map(of).fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), v| (low.min(v), high.max(v)))
-    };
-    let ((left, right), (low, high)) = (span(|p| p.0), span(|p| p.1));
+    let ([left, right], [low, high]) = (range(all().map(|p| p.0)), range(all().map(|p| p.1)));
     if all().next().is_none() {
         return Ok(());
     }

@@ -3,6 +3,7 @@
 use super::built::Built;
 use wis::brdf::point::Point;
 use wis::light::batch::Density;
+use wis::light::tables::Light;
 use wis::product::density::Shaded;
 use wis::product::prepare::{Config, Task};
 use wis::product::stored::{MAX_DIVIDED, Product, most_bytes};
@@ -12,6 +13,7 @@ use wis::status::Error;
 
 pub struct Prepared<'a> {
     pub built: &'a Built,
+    light: Light<'a>,
     words: Vec<u128>,
     bytes: usize,
 }
@@ -36,7 +38,7 @@ impl<'a> Prepared<'a> {
         let mut words = vec![u128::from_ne_bytes([filling; 16]); most_bytes(MAX_DIVIDED) / 16];
         let memory = bytemuck::cast_slice_mut(&mut words);
         let bytes = Task { level, environment: &built.environment(), point, config }.prepare(None, memory)?;
-        Ok(Prepared { built, words, bytes })
+        Ok(Prepared { built, light: built.environment().light(), words, bytes })
     }
 
     pub fn bytes(&self) -> &[u8] {
@@ -48,8 +50,7 @@ impl<'a> Prepared<'a> {
     }
 
     pub fn shaded(&self) -> Shaded<'_> {
-        // Leaked: a test makes few of them.
-        Shaded::new(Box::leak(Box::new(self.built.environment().light())), self.product())
+        Shaded::new(&self.light, self.product())
     }
 
     pub fn frame(&self) -> Frame {

@@ -3,7 +3,7 @@
 #
 # Each patch begins with three lines, `Fault: what is broken`, `Rule: its number in docs/design.md, or none` and `Test: arguments
 # of cargo test that name one test`. The sources are copied to a folder of their own; there every named test must pass, and then
-# fail for its patch.
+# fail for its patch. A patch with `Adds: what` in place of a fault brings its test along, which must pass.
 set -u
 cd "$(dirname "$0")/.."
 
@@ -66,7 +66,7 @@ judge() {
     with=$(run_test "$1")
     case "$with" in
         fails | "does not end") echo red ;;
-        passes) echo GREEN ;;
+        passes) if [ -n "$(field Adds "$1")" ]; then echo added; else echo GREEN; fi ;;
         *) echo "BAD: with the patch the test $with" ;;
     esac
 }
@@ -74,7 +74,7 @@ judge() {
 command -v patch > /dev/null || { echo "mutants: patch is missing" >&2; exit 1; }
 [ $# -gt 0 ] || set -- $(cd "$patches" && ls ./*.patch | sed 's|^\./||; s|\.patch$||')
 for name; do
-    [ -n "$(field Fault "$name")" ] && [ -n "$(field Rule "$name")" ] && [ -n "$(field Test "$name")" ] ||
+    [ -n "$(field Fault "$name")$(field Adds "$name")" ] && [ -n "$(field Rule "$name")" ] && [ -n "$(field Test "$name")" ] ||
         { echo "mutants: no Fault, Rule or Test line in tests/mutants/$name.patch" >&2; exit 1; }
 done
 
@@ -86,16 +86,18 @@ echo "| mutant | rule | fault | test | verdict |"
 echo "|---|---|---|---|---|"
 for name; do
     without=$(cat "$work/$name.without")
-    if [ "$without" = passes ]; then
+    wanted=red before=passes
+    [ -z "$(field Adds "$name")" ] || wanted=added before="no such test"
+    if [ "$without" = "$before" ]; then
         refresh
         verdict=$(judge "$name")
     else
         verdict="BAD: without the patch the test $without"
     fi
-    echo "| $name | $(field Rule "$name") | $(field Fault "$name") | $(field Test "$name") | $verdict |"
-    [ "$verdict" = red ] || { bad=$((bad + 1)); sed 's/^/      /' "$work/$name.log" >&2; }
+    echo "| $name | $(field Rule "$name") | $(field Fault "$name")$(field Adds "$name") | $(field Test "$name") | $verdict |"
+    [ "$verdict" = "$wanted" ] || { bad=$((bad + 1)); sed 's/^/      /' "$work/$name.log" >&2; }
 done
 refresh
 echo
-echo "$# mutants, $(($# - bad)) red"
+echo "$# mutants, $(($# - bad)) as wanted"
 [ "$bad" = 0 ]

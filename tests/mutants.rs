@@ -26,6 +26,11 @@ struct Mutant {
 }
 
 impl Mutant {
+    /// Whether it adds something, with a test that must pass.
+    fn adds(&self) -> bool {
+        self.fields.contains_key("Adds")
+    }
+
     fn field(&self, name: &str) -> &str {
         self.fields.get(name).unwrap_or_else(|| panic!("{} has no line `{name}: ...`", self.name))
     }
@@ -74,7 +79,7 @@ fn each_rule_has_a_mutant_or_a_reason() {
 /// The test that is named stands in the file that its path says, in a binary that has this module.
 #[test]
 fn the_named_tests_are_there() {
-    for mutant in mutants() {
+    for mutant in mutants().into_iter().filter(|mutant| !mutant.adds()) {
         mutant.field("Fault");
         let words: Vec<&str> = mutant.field("Test").split(' ').collect();
         let ["--test", binary, path] = words[..] else { panic!("{}: Test: {words:?}", mutant.name) };
@@ -105,9 +110,11 @@ fn what_they_break_is_there() {
         let lines: Vec<&str> = mutant.patch.lines().collect();
         let mut source = String::new();
         for part in lines.chunk_by(|_, line| !line.starts_with("--- ") && !line.starts_with("@@")) {
-            if let Some(file) = part[0].strip_prefix("--- a/") {
+            if part[0] == "--- /dev/null" {
+                source.clear();
+            } else if let Some(file) = part[0].strip_prefix("--- a/") {
                 source = read(file);
-            } else if part[0].starts_with("@@") {
+            } else if part[0].starts_with("@@") && !source.is_empty() {
                 let (there, wanted) = (source.lines().collect::<Vec<_>>(), kept_by_fuzz(&part[1..]));
                 let found = there.windows(wanted.len()).any(|lines| lines == wanted);
                 assert!(found, "{} is stale, make it anew: {wanted:#?} are not there", mutant.name);
@@ -115,4 +122,23 @@ fn what_they_break_is_there() {
         }
         assert!(!source.is_empty(), "{} breaks nothing", mutant.name);
     }
+}
+
+/// The steps to add a lobe name each file that one takes, and no other of the kernel but what wide lobes do without.
+#[test]
+fn the_recipe_of_a_lobe_names_its_files() {
+    let page = read("CONTRIBUTING.md");
+    let (_, recipe) = page.split_once("## A lobe\n").expect("the recipe");
+    let (recipe, _) = recipe.split_once("\n## ").expect("what follows");
+    let lobe = mutants().into_iter().find(|mutant| mutant.adds()).expect("a patch that adds a lobe");
+    let changed: BTreeSet<&str> = lobe.patch.lines().filter_map(|line| line.strip_prefix("+++ b/")).collect();
+    let named = |file: &str| {
+        if recipe.contains(&format!("`{file}`")) { file.to_string() } else { file.replace("cubed", "NAME") }
+    };
+    let missing: Vec<_> =
+        changed.iter().map(|file| named(file)).filter(|file| !recipe.contains(&format!("`{file}`"))).collect();
+    assert!(missing.is_empty(), "the recipe does not name {missing:?}");
+    let steps = recipe.split('`').filter(|name| name.starts_with("src/") && !name.ends_with("peak.rs"));
+    let unused: Vec<&str> = steps.filter(|step| !changed.contains(step.replace("NAME", "cubed").as_str())).collect();
+    assert!(unused.is_empty(), "the patch does without {unused:?}");
 }

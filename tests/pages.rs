@@ -216,5 +216,16 @@ fn files_and_functions_that_pages_name_are_there() {
         }
     }
     assert!(found >= 10, "{found} rows were found");
+    // In the row of a folder of src, what is one word is a file of it.
+    for row in architecture.lines().filter(|line| line.starts_with("| `")) {
+        let Some((folder, text)) = row.strip_prefix("| `").and_then(|row| row.split_once("/`")) else { continue };
+        let Some((_, text)) = text.split_once(" | ") else { continue };
+        if !root().join("src").join(folder).is_dir() {
+            continue;
+        }
+        let words = quoted(text).filter(|name| name.bytes().all(|byte| byte.is_ascii_lowercase() || byte == b'_'));
+        let missing = words.filter(|word| !root().join(format!("src/{folder}/{word}.rs")).exists());
+        gone.extend(missing.map(|word| format!("ARCHITECTURE.md: {word} in src/{folder}")));
+    }
     assert!(gone.is_empty(), "not there:\n{}", gone.join("\n"));
 }

@@ -165,9 +165,10 @@ impl<'a> Peak<'a> {
             let drawn = match Kind::from_code(lobe.kind) {
                 Some(Kind::GgxTransmission) => Drawn::Transmission(ggx(), lobe),
                 Some(Kind::Phong) => Drawn::Phong(Phong::drawn(max(FLANKS * lobe.a, WIDEST), header.local_wo)),
-                Some(Kind::Lambert) => Drawn::Lambert,
+                Some(Kind::Ggx) => Drawn::Ggx(ggx()),
                 Some(Kind::LambertTransmission) => Drawn::LambertTransmission,
-                _ => Drawn::Ggx(ggx()),
+                // Also other wide lobes: what is drawn need not have their shape.
+                _ => Drawn::Lambert,
             };
             *out = Some((lobe.share, drawn));
         }

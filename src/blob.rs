@@ -148,7 +148,7 @@ impl<'a> Blob<'a> {
         Blob { bytes, checks: true }
     }
 
-    /// As [`Blob::new`], of bytes whose parts need no check: each sample cuts all tables.
+    /// As [`Blob::new`], of bytes whose parts need no check: a sampler cuts the tables of each light that it had not read last.
     ///
     /// # Safety
     /// All parts that are cut from it lie in the bytes and are aligned.

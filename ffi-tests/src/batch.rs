@@ -1,6 +1,6 @@
 //! Samples of a pixel side by side: points, directions, and what the renderer evaluates for them.
 
-use crate::client::{self, Density};
+use crate::client::{self, Density, raw};
 use crate::cost::Cost;
 use crate::dense::{Dense, Grid};
 use crate::lanes::{Directions, F8, LANES, V8, load, padded, store};
@@ -35,7 +35,8 @@ pub struct Batch {
     pdf_bsdf: Vec<f32>,
     pdf_light: Vec<f32>,
     /// Written by the library.
-    drawn: Vec<[f32; 3]>,
+    drawn: Vec<raw::wis_drawn>,
+    asked: Vec<[f32; 3]>,
     pdf_drawn: Vec<f32>,
 }
 
@@ -110,11 +111,11 @@ impl Batch {
     pub fn from_density(&mut self, density: &dyn Density, count: usize) -> client::Result<()> {
         self.points(Stream::Light, count);
         let first = self.grow(count);
-        self.drawn.resize(count, [0.0; 3]);
-        self.pdf_drawn.resize(count, 0.0);
-        density.sample_n(&self.u, &mut self.drawn, &mut self.pdf_drawn)?;
-        for (i, wi) in self.drawn.iter().enumerate() {
-            self.wi.set(first + i, *wi);
+        self.drawn.resize(count, Default::default());
+        density.sample_n(&self.u, &mut self.drawn)?;
+        for (i, drawn) in self.drawn.iter().enumerate() {
+            self.wi.set(first + i, drawn.wi);
+            self.pdf_drawn.push(drawn.pdf);
         }
         Ok(())
     }
@@ -143,10 +144,10 @@ impl Batch {
     /// Asks for the pdfs of those samples that have none of the density, and answers those of all.
     pub fn ask(&mut self, density: &dyn Density) -> client::Result<&[f32]> {
         let first = self.pdf_drawn.len();
-        self.drawn.clear();
-        self.drawn.extend((first..self.count).map(|i| self.wi.get(i).to_array()));
+        self.asked.clear();
+        self.asked.extend((first..self.count).map(|i| self.wi.get(i).to_array()));
         self.pdf_drawn.resize(self.count, 0.0);
-        density.pdf_n(&self.drawn, &mut self.pdf_drawn[first..])?;
+        density.pdf_n(&self.asked, &mut self.pdf_drawn[first..])?;
         Ok(&self.pdf_drawn)
     }
 
@@ -191,11 +192,11 @@ impl Batch {
     }
 
     /// Divides each sample by a density of the library's pdf and that of the BRDF, as [`Batch::weigh`].
-    pub fn weigh_by_drawn(&mut self, density: impl Fn(F8, F8) -> F8) {
+    pub fn weigh_by_drawn(&mut self, density: impl Fn(usize, F8, F8) -> F8) {
         let drawn = self.pdf_drawn.len();
         self.pdf_drawn.resize(padded(self.count), 0.0);
         std::mem::swap(&mut self.pdf_drawn, &mut self.pdf_light);
-        self.weigh(|_, drawn, bsdf| density(drawn, bsdf));
+        self.weigh(density);
         std::mem::swap(&mut self.pdf_drawn, &mut self.pdf_light);
         self.pdf_drawn.truncate(drawn);
     }

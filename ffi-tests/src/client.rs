@@ -220,17 +220,12 @@ pub trait Density {
     /// A direction and its pdf.
     fn sample(&self, u: [f32; 2]) -> Result<raw::wis_drawn> {
         let mut drawn = raw::wis_drawn::default();
-        self.sample_n(&[u], std::slice::from_mut(&mut drawn.wi), std::slice::from_mut(&mut drawn.pdf))?;
-        Ok(drawn)
+        self.sample_n(&[u], std::slice::from_mut(&mut drawn)).map(|()| drawn)
     }
 
     /// As many calls of `sample` at once; the slices are of one length.
-    fn sample_n(&self, u: &[[f32; 2]], wi: &mut [[f32; 3]], pdf: &mut [f32]) -> Result<()> {
-        for ((u, wi), pdf) in u.iter().zip(wi).zip(pdf) {
-            let drawn = self.sample(*u)?;
-            (*wi, *pdf) = (drawn.wi, drawn.pdf);
-        }
-        Ok(())
+    fn sample_n(&self, u: &[[f32; 2]], drawn: &mut [raw::wis_drawn]) -> Result<()> {
+        u.iter().zip(drawn).try_for_each(|(u, drawn)| self.sample(*u).map(|sample| *drawn = sample))
     }
 
     /// The pdf per solid angle.

@@ -216,7 +216,7 @@ impl Sampler {
         check(unsafe { (self.version.wis_direct)(own, environment.handle(), &point, rays, out, count) })
     }
 
-    /// Prepares the product at a point, in memory that grows as it must.
+    /// Prepares the product at a point, in memory that is as long as it must be, or has no bytes yet.
     ///
     /// # Errors
     /// Those of the library.
@@ -228,7 +228,10 @@ impl Sampler {
         memory: &mut Block,
     ) -> Result<()> {
         let (version, own, mut offset, mut used) = (self.version, self.handle(), 0, 0);
-        memory.grow(product_bytes(version, config)?);
+        // Asked for once: a renderer does so before it renders.
+        if memory.bytes() == 0 {
+            memory.grow(product_bytes(version, config)?);
+        }
         let point = raw::wis_point { size: version.point as u32, ..*point };
         let (light, place, bytes) = (environment.handle(), memory.start_mut(), memory.bytes());
         // SAFETY: handles, point and material are alive, and there is room for a product.
@@ -294,49 +297,15 @@ impl<'a> Light<'a> {
     }
 }
 
-/// Samples of one call.
-const TOGETHER: usize = 64;
-
-impl Light<'_> {
-    fn draw(&self, u: &[[f32; 2]], drawn: &mut [raw::wis_drawn]) -> Result<()> {
+impl Density for Light<'_> {
+    fn sample_n(&self, u: &[[f32; 2]], drawn: &mut [raw::wis_drawn]) -> Result<()> {
         assert!(u.len() == drawn.len());
-        let mut sampler = self.sampler.borrow_mut();
+        let (mut sampler, count, numbers) = (self.sampler.borrow_mut(), u.len(), u.as_ptr().cast());
+        let (own, environment, out) = (sampler.handle(), self.environment.handle(), drawn.as_mut_ptr());
         // SAFETY: both handles are alive, and the arrays are of one length.
         check(unsafe {
-            let (environment, numbers) = (self.environment.handle(), u.as_ptr().cast());
-            (self.environment.version.wis_sample)(
-                sampler.handle(),
-                environment,
-                self.product,
-                u.len(),
-                numbers,
-                0,
-                drawn.as_mut_ptr(),
-                0,
-            )
+            (self.environment.version.wis_sample)(own, environment, self.product, count, numbers, 0, out, 0)
         })
-    }
-}
-
-impl Density for Light<'_> {
-    fn sample(&self, u: [f32; 2]) -> Result<raw::wis_drawn> {
-        let mut drawn = raw::wis_drawn::default();
-        self.draw(&[u], std::slice::from_mut(&mut drawn))?;
-        Ok(drawn)
-    }
-
-    fn sample_n(&self, u: &[[f32; 2]], wi: &mut [[f32; 3]], pdf: &mut [f32]) -> Result<()> {
-        assert!(u.len() == wi.len() && u.len() == pdf.len());
-        // No heap: what a client allocates for a call would count as the call's time.
-        let mut room = [raw::wis_drawn::default(); TOGETHER];
-        for ((u, wi), pdf) in u.chunks(TOGETHER).zip(wi.chunks_mut(TOGETHER)).zip(pdf.chunks_mut(TOGETHER)) {
-            let drawn = &mut room[..u.len()];
-            self.draw(u, drawn)?;
-            for ((wi, pdf), drawn) in wi.iter_mut().zip(pdf).zip(drawn) {
-                (*wi, *pdf) = (drawn.wi, drawn.pdf);
-            }
-        }
-        Ok(())
     }
 
     fn pdf_n(&self, wi: &[[f32; 3]], pdf: &mut [f32]) -> Result<()> {

@@ -64,7 +64,7 @@ impl Sampler {
         let drawn = if limit == Limit::Pooled { n * CANDIDATES } else { n };
         self.batch.from_dense((dense, setting.grid), drawn);
         self.reflect(setting, bsdf);
-        self.batch.weigh_by_drawn(|pdf, _| pdf * F8::splat(drawn as f32));
+        self.batch.weigh_by_drawn(|_, pdf, _| pdf * F8::splat(drawn as f32));
         match limit {
             Limit::Sampled => self.take_all(),
             Limit::Pooled => self.pick_along_curve(n),

@@ -6,7 +6,7 @@ use crate::earlier;
 use crate::environment::{self, Light};
 use crate::lanes::F8;
 use crate::material::Bsdf;
-use crate::peers::halves;
+use crate::peers::{Heuristic, halves, of_two, power};
 use crate::scene::ShadingPoint;
 use crate::setting::{Sampler, Setting};
 use std::cell::RefCell;
@@ -32,7 +32,7 @@ pub enum Mode {
     Split,
     /// Samples of the product.
     Product,
-    /// Half of the product and half of the BRDF, by the balance heuristic: classic MIS.
+    /// Samples of the product and one of the BRDF, which a path tracer traces anyway, by the power heuristic: classic MIS.
     ProductMis,
     /// The rays that wis_direct of version 0.2 answers.
     Earlier,
@@ -83,6 +83,7 @@ impl Mode {
 pub struct Library {
     sampler: Rc<RefCell<environment::Sampler>>,
     shares: environment::Sampler,
+    is_shared: bool,
     few: environment::Sampler,
     material: raw::wis_material,
     product: Block,
@@ -110,7 +111,7 @@ impl Library {
             client::Result::Ok((own, environment::material_by(version, &lobes)?))
         });
         let earlier = earlier.transpose()?;
-        Ok(Library { sampler, shares, few, material, product, earlier, rays })
+        Ok(Library { sampler, shares, is_shared: hits > 1, few, material, product, earlier, rays })
     }
 
     /// Estimates by a mode. The sampler has begun the point's sequences.
@@ -125,9 +126,8 @@ impl Library {
         pass: u32,
         n: usize,
     ) -> client::Result<()> {
-        let Library { sampler: own, shares, few, material, product, earlier, rays } = self;
+        let Library { sampler: own, shares, is_shared, few, material, product, earlier, rays } = self;
         let mut at = setting.material.point(point, material);
-        let mut portals = [raw::wis_portal::default(); raw::WIS_MAX_PORTALS as usize];
         match mode {
             Mode::Product => {
                 let density = Light::product(setting.tables, own, &at, product)?;
@@ -135,7 +135,7 @@ impl Library {
             }
             Mode::ProductMis => {
                 let density = Light::product(setting.tables, own, &at, product)?;
-                return sampler.density_mis(&density, setting, bsdf, guarded(n), false);
+                return sampler.density_mis(&density, power, setting, bsdf, [n, 1], false);
             }
             _ => (),
         }
@@ -152,10 +152,13 @@ impl Library {
             }
             _ => &mut *alone,
         };
-        if point.hit == 0 {
+        // Hits that share nothing need no beginning.
+        if *is_shared && point.hit == 0 && matches!(mode, Mode::Shared | Mode::Earlier) {
             own.begin_pixel()?;
         }
+        let mut portals;
         if let (Mode::Portals | Mode::Complete, Some(room)) = (mode, setting.room) {
+            portals = [raw::wis_portal::default(); raw::WIS_MAX_PORTALS as usize];
             portals.iter_mut().zip(&room.portals).for_each(|(to, portal)| *to = portal.at(point.origin));
             (at.portals, at.portal_count) = (portals.as_ptr(), room.portals.len() as u32);
             at.flags |= if mode == Mode::Complete { raw::WIS_POINT_PORTALS_COMPLETE } else { 0 };
@@ -181,19 +184,11 @@ impl Library {
     }
 }
 
-/// How many of `n` samples a product and the BRDF draw in MIS, as docs/integrating.md has it: the product holds the lobes, so few guard
-/// against what it does not.
-fn guarded(n: usize) -> [usize; 2] {
-    const GUARDED: usize = 8;
-    let scattered = (n / GUARDED).max(1);
-    [(n - scattered).max(1), scattered]
-}
-
 impl Sampler {
     /// Rays that have weights.
     fn weighted(&mut self, setting: &Setting, bsdf: &Bsdf) {
         self.reflect(setting, bsdf);
-        self.batch.weigh_by_drawn(|density, _| density);
+        self.batch.weigh_by_drawn(|_, density, _| density);
         self.take_all();
     }
 
@@ -212,12 +207,12 @@ impl Sampler {
     pub fn density(&mut self, density: &dyn Density, setting: &Setting, bsdf: &Bsdf, n: usize) -> client::Result<()> {
         self.batch.from_density(density, n)?;
         self.reflect(setting, bsdf);
-        self.batch.weigh_by_drawn(|pdf, _| pdf * F8::splat(n as f32));
+        self.batch.weigh_by_drawn(|_, pdf, _| pdf * F8::splat(n as f32));
         self.take_all();
         Ok(())
     }
 
-    /// So many samples of a density and of the BRDF, by the balance heuristic. Where the density is all that counts, samples of the BRDF
+    /// So many samples of a density and of the BRDF, by a heuristic. Where the density is all that counts, samples of the BRDF
     /// outside of it bring nothing.
     ///
     /// # Errors
@@ -225,6 +220,7 @@ impl Sampler {
     pub fn density_mis(
         &mut self,
         density: &dyn Density,
+        heuristic: Heuristic,
         setting: &Setting,
         bsdf: &Bsdf,
         counts: [usize; 2],
@@ -234,10 +230,10 @@ impl Sampler {
         self.batch.from_bsdf(bsdf, counts[1]);
         self.batch.ask(density)?;
         self.reflect(setting, bsdf);
-        let [drawn, scattered] = counts.map(|count| F8::splat(count as f32));
-        self.batch.weigh_by_drawn(|density, bsdf| {
+        let weighed = of_two(counts, heuristic);
+        self.batch.weigh_by_drawn(|first, density, bsdf| {
             let counts = if is_all { density.cmp_gt(F8::ZERO) } else { F8::ONE.cmp_gt(F8::ZERO) };
-            counts & (density * drawn + bsdf * scattered)
+            counts & weighed(first, density, bsdf)
         });
         self.take_all();
         Ok(())

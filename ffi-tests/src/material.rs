@@ -115,12 +115,11 @@ impl Material {
         map.product(mirror, |wi, f_cos| bsdf.values(wi, f_cos))
     }
 
-    /// The lobes that stand in for the BRDF in wis_direct, each with its weight: roughness 0 is diffuse.
-    fn weighted_lobes(&self, diffuse: f32) -> Vec<(f32, f32)> {
-        if self.measured.is_some() {
-            return self.stand_in.iter().map(|lobe| (lobe.alpha.unwrap_or(0.0) as f32, lobe.weight as f32)).collect();
-        }
-        [(0.0, diffuse), (self.alpha, self.specular)].into_iter().filter(|lobe| lobe.1 > 0.0).collect()
+    /// The lobes that stand in for the BRDF in wis_direct, each with its weight: roughness 0 is diffuse. On no heap, as in a renderer.
+    fn weighted_lobes(&self, diffuse: f32) -> impl Iterator<Item = (f32, f32)> {
+        let known = if self.measured.is_some() { [0.0; 2] } else { [diffuse, self.specular] };
+        let stand_in = self.stand_in.iter().map(|lobe| (lobe.alpha.unwrap_or(0.0) as f32, lobe.weight as f32));
+        [(0.0, known[0]), (self.alpha, known[1])].into_iter().filter(|lobe| lobe.1 > 0.0).chain(stand_in)
     }
 
     /// The shapes of the lobes that stand in for the BRDF in wis_direct.
@@ -129,7 +128,7 @@ impl Material {
             0.0 => raw::wis_lobe { kind: raw::WIS_LOBE_LAMBERT, a: 0.0, b: 0.0, eta: 0.0 },
             _ => raw::wis_lobe { kind: raw::WIS_LOBE_GGX, a: alpha, b: alpha, eta: 0.0 },
         };
-        self.weighted_lobes(self.diffuse).into_iter().map(|(alpha, _)| lobe(alpha)).collect()
+        self.weighted_lobes(self.diffuse).map(|(alpha, _)| lobe(alpha)).collect()
     }
 
     /// A shading point for wis_direct, with the material of `lobes`.

@@ -79,8 +79,19 @@ pub fn balance(own: F8, other: F8) -> F8 {
     own + other
 }
 
-fn power(own: F8, other: F8) -> F8 {
+pub fn power(own: F8, other: F8) -> F8 {
     own + other * (other / own)
+}
+
+/// The density of samples from a number on, of which so many are of the first technique and of the second.
+pub fn of_two(counts: [usize; 2], heuristic: Heuristic) -> impl Fn(usize, F8, F8) -> F8 {
+    let [firsts, seconds] = counts.map(|count| F8::splat(count as f32));
+    move |number, first, second| {
+        let (first, second) = (first * firsts, second * seconds);
+        let own = F8::new(std::array::from_fn(|i| f32::from(u8::from(number + i < counts[0]))));
+        let of_first = wide::CmpGt::cmp_gt(own, F8::ZERO);
+        of_first.blend(heuristic(first, second), heuristic(second, first))
+    }
 }
 
 /// How many of `n` samples each of two techniques draws. A single one is one of each, as renderers have it: two rays and two
@@ -143,13 +154,7 @@ impl Sampler {
         self.batch.from_texels(texels, setting.light, counts[0]);
         self.batch.from_bsdf(bsdf, counts[1]);
         self.batch.evaluate(bsdf, setting.light, texels, setting.cost);
-        let [from_light, from_bsdf] = counts.map(|count| F8::splat(count as f32));
-        self.batch.weigh(|first, light, bsdf| {
-            let (light, bsdf) = (light * from_light, bsdf * from_bsdf);
-            let own = F8::new(std::array::from_fn(|i| f32::from(u8::from(first + i < counts[0]))));
-            let of_light = wide::CmpGt::cmp_gt(own, F8::ZERO);
-            of_light.blend(heuristic(light, bsdf), heuristic(bsdf, light))
-        });
+        self.batch.weigh(of_two(counts, heuristic));
         self.take_all();
     }
 
@@ -203,7 +208,7 @@ impl Sampler {
     ) -> client::Result<()> {
         let is_complete = setting.room.is_some_and(|room| room.is_complete);
         match (portals.are_there(), is_complete) {
-            (true, _) => self.density_mis(portals, setting, bsdf, halves(n), is_complete)?,
+            (true, _) => self.density_mis(portals, balance, setting, bsdf, halves(n), is_complete)?,
             (false, false) => self.bsdf(setting, bsdf, n),
             (false, true) => (),
         }
@@ -215,7 +220,7 @@ impl Sampler {
         let strata = setting.strata.of(n);
         self.batch.from_each(strata.count(), |i, u| strata.sample(i, u))?;
         self.reflect(setting, bsdf);
-        self.batch.weigh_by_drawn(|pdf, _| pdf);
+        self.batch.weigh_by_drawn(|_, pdf, _| pdf);
         self.take_all();
         Ok(())
     }

@@ -97,9 +97,9 @@ impl<M: Measure> Portals<M> {
 }
 
 impl<M: Measure> Density for Portals<M> {
-    fn sample_n(&self, u: &[[f32; 2]], wi: &mut [[f32; 3]], pdf: &mut [f32]) -> Result<()> {
+    fn sample_n(&self, u: &[[f32; 2]], drawn: &mut [raw::wis_drawn]) -> Result<()> {
         let total = self.total();
-        for ((u, wi), pdf) in u.iter().zip(wi).zip(pdf) {
+        for (u, drawn) in u.iter().zip(drawn) {
             // The portal by the first number, of which the rest is as good as new.
             let (mut rest, mut chosen) = (f64::from(u[0]) * total, &self.0[0]);
             for m in self.0.iter().filter(|m| m.total() > 0.0) {
@@ -111,8 +111,8 @@ impl<M: Measure> Density for Portals<M> {
             }
             let first = (rest / chosen.total()).clamp(0.0, 1.0 - f64::EPSILON);
             let [x, y] = chosen.sample([first, f64::from(u[1])]);
-            *wi = chosen.seen().direction([x, y, 1.0]);
-            *pdf = self.pdf_of(*wi, total);
+            drawn.wi = chosen.seen().direction([x, y, 1.0]);
+            drawn.pdf = self.pdf_of(drawn.wi, total);
         }
         Ok(())
     }
@@ -331,11 +331,11 @@ mod tests {
         let room = Room::new(&portals, true, &light).unwrap();
         let u = crate::points::of(3, 1 << 16);
         let check = |density: &dyn Density| {
-            let (mut wi, mut pdf) = (vec![[0.0; 3]; u.len()], vec![0.0; u.len()]);
-            density.sample_n(&u, &mut wi, &mut pdf).unwrap();
-            assert!(pdf.iter().all(|&pdf| pdf > 0.0));
+            let mut drawn = vec![raw::wis_drawn::default(); u.len()];
+            density.sample_n(&u, &mut drawn).unwrap();
+            assert!(drawn.iter().all(|drawn| drawn.pdf > 0.0));
             let mean = |f: fn([f32; 3]) -> f64| {
-                wi.iter().zip(&pdf).map(|(wi, pdf)| f(*wi) / f64::from(*pdf)).sum::<f64>() / u.len() as f64
+                drawn.iter().map(|drawn| f(drawn.wi) / f64::from(drawn.pdf)).sum::<f64>() / u.len() as f64
             };
             [mean(|_| 1.0), mean(|wi| f64::from(wi[2])), mean(|wi| f64::from(wi[0] * wi[1]))]
         };

@@ -167,11 +167,11 @@ fn density(
     let (mut wi, mut weights, mut means) = (Vec::new(), Vec::new(), Vec::new());
     for seed in 0..SAMPLES[1] / SAMPLES[0] {
         let u = crate::points::of(seed as u32 + 7, SAMPLES[0]);
-        let (mut drawn, mut pdf) = (vec![[0.0; 3]; u.len()], vec![0.0; u.len()]);
-        product.sample_n(&u, &mut drawn, &mut pdf)?;
-        let weight = |(wi, pdf): (&[f32; 3], &f32)| (task.brings)(wide(*wi)) / (factor * f64::from(*pdf) * value);
-        weights.extend(drawn.iter().zip(&pdf).map(weight));
-        wi.extend(drawn);
+        let mut drawn = vec![raw::wis_drawn::default(); u.len()];
+        product.sample_n(&u, &mut drawn)?;
+        let weight = |drawn: &raw::wis_drawn| (task.brings)(wide(drawn.wi)) / (factor * f64::from(drawn.pdf) * value);
+        weights.extend(drawn.iter().map(weight));
+        wi.extend(drawn.iter().map(|drawn| drawn.wi));
         // Means of blocks, each of them well spread: they vary less than as many samples would by themselves.
         means = weights.chunks(256).map(|block: &[f64]| block.iter().sum::<f64>() / block.len() as f64).collect();
         if finds(mean_and_error(&means).1, MISSED) {

@@ -58,8 +58,9 @@ pub fn legal_with_lobes(density: &impl Density) -> Result<(), String> {
 
 fn legal_but(density: &impl Density, may_be_unreachable: bool) -> Result<(), String> {
     let u = points();
-    let (mut wi, mut pdf, mut again) = (vec![[0.0; 3]; u.len()], vec![0.0; u.len()], vec![0.0; u.len()]);
-    density.sample_n(&u, &mut wi, &mut pdf)?;
+    let (mut drawn, mut again) = (vec![raw::wis_drawn::default(); u.len()], vec![0.0; u.len()]);
+    density.sample_n(&u, &mut drawn)?;
+    let (wi, pdf): (Vec<_>, Vec<_>) = drawn.iter().map(|drawn| (drawn.wi, drawn.pdf)).unzip();
     density.pdf_n(&wi, &mut again)?;
     ensure(bits(&pdf) == bits(&again), || "pdf_n differs from sample_n".into())?;
     for ((u, wi), pdf) in u.iter().zip(&wi).zip(&pdf) {

@@ -117,9 +117,9 @@ fn accuracy(
     radiance: impl Fn([f32; 3]) -> f64,
 ) -> Result<Accuracy, String> {
     let u = crate::points::of(3, POINTS);
-    let (mut wi, mut pdf) = (vec![[0.0; 3]; POINTS], vec![0.0; POINTS]);
-    density.sample_n(&u, &mut wi, &mut pdf)?;
-    let all = || wi.iter().zip(&pdf).map(|(&wi, &pdf)| radiance(wi) / (f64::from(pdf) * power));
+    let mut drawn = vec![raw::wis_drawn::default(); POINTS];
+    density.sample_n(&u, &mut drawn)?;
+    let all = || drawn.iter().map(|drawn| radiance(drawn.wi) / (f64::from(drawn.pdf) * power));
     // Black texels beside lit ones have a pdf for the sake of rounding.
     let weights = || all().filter(|w| !exact || *w > 0.0);
     let lit = weights().count() as f64;

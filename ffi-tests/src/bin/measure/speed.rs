@@ -4,7 +4,7 @@ use anyhow::Result;
 use std::hint::black_box;
 use std::time::Instant;
 use wis_ffi_tests::caches::Cold;
-use wis_ffi_tests::client::{self, Density};
+use wis_ffi_tests::client::{self, Density, raw};
 use wis_ffi_tests::directions::sphere;
 use wis_ffi_tests::statistics::median;
 use wis_ffi_tests::timing::clock;
@@ -31,7 +31,7 @@ pub struct Speed {
 struct Inputs {
     u: Vec<[f32; 2]>,
     wi: Vec<[f32; 3]>,
-    drawn: Vec<[f32; 3]>,
+    drawn: Vec<raw::wis_drawn>,
     pdf: Vec<f32>,
 }
 
@@ -45,7 +45,7 @@ pub fn speed(densities: &[&dyn Density], rounds: usize) -> Result<Vec<Speed>> {
     let u = wis_ffi_tests::points::of(11, count);
     // Neighbours in the sequence are far apart; in a renderer so are neighbours of a batch.
     let wi = u.iter().map(|u| sphere(u.map(f64::from)).map(|c| c as f32)).collect();
-    let mut inputs = Inputs { u, wi, drawn: vec![[0.0; 3]; BATCH], pdf: vec![0.0; BATCH] };
+    let mut inputs = Inputs { u, wi, drawn: vec![Default::default(); BATCH], pdf: vec![0.0; BATCH] };
     let clock = clock();
     let (mut cold, mut memory) = (vec![[const { Vec::new() }; 4]; densities.len()], Cold::default());
     let mut first = vec![[const { Vec::new() }; 2]; densities.len()];
@@ -89,7 +89,7 @@ impl Inputs {
         let start = Instant::now();
         let mut first = None;
         match call {
-            0 => density.sample_n(u, &mut self.drawn, &mut self.pdf)?,
+            0 => density.sample_n(u, &mut self.drawn)?,
             1 => density.pdf_n(wi, &mut self.pdf)?,
             2 => {
                 for u in u {
@@ -114,7 +114,7 @@ impl Inputs {
         let (u, wi) = (&self.u[..WARM * BATCH], &self.wi[..WARM * BATCH]);
         let start = Instant::now();
         match call {
-            0 => u.chunks(BATCH).try_for_each(|u| density.sample_n(u, &mut self.drawn, &mut self.pdf))?,
+            0 => u.chunks(BATCH).try_for_each(|u| density.sample_n(u, &mut self.drawn))?,
             1 => wi.chunks(BATCH).try_for_each(|wi| density.pdf_n(wi, &mut self.pdf))?,
             2 => u.iter().try_for_each(|u| density.sample(*u).map(|drawn| _ = black_box(drawn)))?,
             _ => wi.iter().try_for_each(|wi| density.pdf(*wi).map(|pdf| _ = black_box(pdf)))?,

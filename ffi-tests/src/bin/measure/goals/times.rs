@@ -116,13 +116,14 @@ fn product(lit: &Lit, batch: usize, rounds: usize) -> Result<[Times; 2]> {
     let old = Light::product(&lit.each[0], &samplers[0], &points[0], first)?;
     let new = Light::product(&lit.each[1], &samplers[1], &points[1], second)?;
     let u = points::of(3, POINTS * BATCH);
-    let mut wi = vec![[0.0; 3]; u.len()];
-    old.sample_n(&u, &mut wi, &mut vec![0.0; u.len()])?;
+    let mut drawn = vec![raw::wis_drawn::default(); u.len()];
+    old.sample_n(&u, &mut drawn)?;
+    let wi: Vec<_> = drawn.iter().map(|drawn| drawn.wi).collect();
     let at = |i: usize| i * BATCH % u.len()..i * BATCH % u.len() + batch;
     let (u, wi, at) = (&u, &wi, &at);
     let sample = [&old, &new].map(|product| {
-        let (mut wi, mut pdf) = ([[0.0; 3]; BATCH], [0.0; BATCH]);
-        move |i| product.sample_n(&u[at(i)], &mut wi[..batch], &mut pdf[..batch])
+        let mut drawn = [raw::wis_drawn::default(); BATCH];
+        move |i| product.sample_n(&u[at(i)], &mut drawn[..batch])
     });
     let pdf = [&old, &new].map(|product| {
         let mut pdf = [0.0; BATCH];

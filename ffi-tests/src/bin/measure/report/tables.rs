@@ -60,7 +60,7 @@ const SITUATIONS: [Situation; 17] = [
     Situation::of("64 hits per pixel", "`wis_direct`, `hits_per_pixel`", HITS, "direct, shared", 1),
     Situation::of("the same, textured", "`wis_direct`, `hits_per_pixel`", TEXTURED, "direct, shared", 1),
     Situation::of(
-        "needs densities for its own MIS, 16 samples",
+        "needs densities for its own MIS, 16 samples and a BSDF ray",
         "`wis_product_prepare`, `wis_sample`, `wis_pdf`",
         MAIN,
         "product + MIS",
@@ -117,7 +117,7 @@ const FIRST_SCREEN: [&str; 5] = [
     "one shadow ray per hit",
     "16 rays per hit",
     "64 hits per pixel",
-    "needs densities for its own MIS, 16 samples",
+    "needs densities for its own MIS, 16 samples and a BSDF ray",
     "a room with one window, 4 rays",
 ];
 

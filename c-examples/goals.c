@@ -1,4 +1,4 @@
-/* Calls for a machine that counts: goals WIDTH lambert|ggx|mix CALLS FILE direct|prepare|sample|pdf BATCH
+/* Calls for a machine that counts: goals WIDTH lambert|ggx|narrow|mix CALLS FILE direct|prepare|sample|pdf BATCH
  *
  * wis_direct: one ray of 16 (Lambert) or 32 (GGX 0.2) candidates under a sky with a sun, WIDTH x WIDTH / 2 texels. The others: a product
  * at as many points, and BATCH directions of each. The environment is built once and kept in FILE, so that what is counted is calls.
@@ -127,12 +127,14 @@ static double product_call(wis_sampler *sampler, const wis_environment *light, c
 }
 
 int main(int count, char **argument) {
-    if (count != 7) fail("WIDTH lambert|ggx|mix CALLS FILE direct|prepare|sample|pdf BATCH");
+    if (count != 7) fail("WIDTH lambert|ggx|narrow|mix CALLS FILE direct|prepare|sample|pdf BATCH");
     const uint32_t width = (uint32_t)atoi(argument[1]), calls = (uint32_t)atoi(argument[3]);
     const size_t batch = (size_t)atoi(argument[6]);
     const int is_direct = strcmp(argument[5], "direct") == 0;
     if (batch < 1 || batch > MOST) fail("a batch of 1 to 64");
-    const int is_glossy = strcmp(argument[2], "ggx") == 0, is_mix = strcmp(argument[2], "mix") == 0;
+    const int is_narrow = strcmp(argument[2], "narrow") == 0, is_mix = strcmp(argument[2], "mix") == 0;
+    const int is_glossy = is_narrow || strcmp(argument[2], "ggx") == 0;
+    const float alpha = is_narrow ? 0.05f : 0.2f;
     size_t bytes;
     const wis_environment *light = environment(width, argument[4], &bytes);
 
@@ -144,7 +146,7 @@ int main(int count, char **argument) {
     check(wis_sampler_init(&config, memory, size.bytes, &sampler, NULL));
 
     wis_material material = {.size = sizeof material, .lobe_count = is_mix ? 2 : 1,
-                             .lobe = {{is_glossy ? WIS_LOBE_GGX : WIS_LOBE_LAMBERT, 0.2f, 0.2f, 0}, {WIS_LOBE_GGX, 0.2f, 0.2f, 0}}};
+                             .lobe = {{is_glossy ? WIS_LOBE_GGX : WIS_LOBE_LAMBERT, alpha, alpha, 0}, {WIS_LOBE_GGX, 0.2f, 0.2f, 0}}};
     check(wis_material_init(&material, NULL));
     wis_point point = {.size = sizeof point, .material = &material, .weight = {{0.8f, 0.8f, 0.8f}, {1, 1, 1}},
                        .f0 = {{0.9f, 0.9f, 0.9f}, {0.04f, 0.04f, 0.04f}}};

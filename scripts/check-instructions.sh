@@ -10,15 +10,16 @@ out=$2
 mkdir -p "$out"
 
 # call, directions of it, material, width of the map, goal, the most instructions (those of 2026-11-28 and 2 %), those on record, those of
-# version 0.2; of products, those before they were laid in one pass. Of several directions one counts. A mix is Lambert and GGX.
+# version 0.2; of products, those before they were laid in one pass. Of several directions one counts. A mix is Lambert and GGX 0.2, narrow is GGX 0.05.
 goals="
 direct  1  lambert 256  2700 2653 2620 11395
 direct  1  ggx     256  3600 4422 4371 20487
 direct  1  lambert 1024 2700 2656 2623 11076
 direct  1  mix     1024 3400 3359 3293 -
 direct  1  ggx     1024 3600 4426 4375 19891
-prepare 1  lambert 1024 6500 6602 6473 18787
-prepare 1  ggx     1024 16000 19249 18872 32227
+prepare 1  lambert 1024 6500 6594 6464 18787
+prepare 1  ggx     1024 16000 18248 17890 32227
+prepare 1  narrow  1024 30000 33712 33051 -
 sample  1  lambert 1024 1200 2090 2049 3213
 sample  1  ggx     1024 1200 2367 2321 3564
 pdf     1  lambert 1024 800 1299 1277 2283

@@ -15,7 +15,7 @@ use crate::brdf::point::Point;
 use crate::brdf::surface::{Local, Surface, replace};
 use crate::brdf::vector::dot;
 use crate::light::environment::Environment;
-use crate::light::guide::{self, Column, Columns, Guide, MAX_CELLS, MAX_CORNERS, Short, read};
+use crate::light::guide::{self, Column, Columns, Guide, MAX_CELLS, MAX_CORNERS, Short};
 use crate::light::parts::{MIDDLES, PARTS};
 use crate::numeric::{exp2i, exponent, max, min};
 use crate::simd::{Apart, Compute, Four, GROUP, Level, Num, REGISTERS, Whole, compute, places, sum};
@@ -176,6 +176,8 @@ impl Task<'_> {
     /// [`Error`].
     #[inline(always)]
     pub fn prepare(self, work: Option<&mut Work>, memory: &mut [u8]) -> Result<usize, Error> {
+        // Lobes of rays are wide: their trials are not worth a tenth more code.
+        let level = if work.is_some() { Level::BASELINE } else { self.level };
         // In place: a surface is long.
         let mut surface = Surface::empty();
         surface.set(self.point, &self.environment.frame())?;
@@ -185,7 +187,7 @@ impl Task<'_> {
         };
         let product = memory.get_mut(..bytes).unwrap_or_default();
         // The share of its lobes.
-        share::decide(self.environment, &surface, adds_lobes, product);
+        share::decide(level, self.environment, &surface, adds_lobes, product);
         Ok(bytes)
     }
 
@@ -998,16 +1000,15 @@ impl Stage<'_> {
                 out.copy_from_slice(held(divided));
             }
             let least = F::splat(self.least(cell));
-            let is_near = self.is_near(cell);
+            let evaluated = if self.is_near(cell) { Some(F::apart(Quadrants(self, cell))) } else { None };
             let [column, mut row] = places_of::<F>(0);
             for (group, leaves) in divided.leaves.iter_mut().enumerate() {
-                let evaluated = if is_near { Some(F::apart(Quadrants(self, cell, group * GROUP))) } else { None };
                 for place in places::<F>() {
                     let first = group * GROUP + place;
                     let (corners, least) = parts_from::<F>(&middles, first, [column, row], least, least * kept);
                     row = row + (F::WIDTH / PARTS) as f32;
                     let corners = match &evaluated {
-                        Some(of) => fitted(of.each_ref().map(|of| F::at(of, place)), least, self.floor),
+                        Some(of) => fitted(of.each_ref().map(|of| F::at(of, first)), least, self.floor),
                         None => {
                             let floor = (largest(corners) * self.floor).max(least);
                             corners.map(|x| x.max(floor))
@@ -1023,44 +1024,46 @@ impl Stage<'_> {
     }
 }
 
-/// F at the middles of the quadrants of the parts of a cell from a part on, a group of them. Where the light lies in a part is known by the middles of its
-/// neighbours. Apart, since few cells need it.
-struct Quadrants<'a, 'b>(&'a Stage<'b>, u32, usize);
+/// F at the middles of the quadrants of the parts of a cell. Where the light lies in a part is known by the middles of its neighbours. Apart, since few cells
+/// need it.
+struct Quadrants<'a, 'b>(&'a Stage<'b>, u32);
 
 impl<F: Num> Apart<F> for Quadrants<'_, '_> {
-    type Output = [[f32; GROUP]; 4];
+    type Output = [[f32; MIDDLES]; 4];
 
     #[inline(always)]
-    fn run(self) -> [[f32; GROUP]; 4] {
-        let Quadrants(stage, cell, first) = self;
+    fn run(self) -> [[f32; MIDDLES]; 4] {
+        let Quadrants(stage, cell) = self;
+        // In steps: lengths do not count.
         let mut kept = [0; PARTS + 4 * MIDDLES];
         if let Some(kept) = kept.get_mut(PARTS..) {
             kept.copy_from_slice(stage.guide.parts(cell as usize));
         }
         const BELOW_0: u32 = (guide::STEPS as u32).wrapping_neg();
-        let mut directions = [[[1; GROUP]; 4]; 3];
-        for place in places::<F>() {
-            let columns_and_rows = places_of(first + place);
+        let mut directions = [[[1; MIDDLES]; 4]; 3];
+        for first in (0..MIDDLES).step_by(F::WIDTH) {
+            let columns_and_rows = places_of(first);
             let mut axes = [[F::splat(0.0); 4]; 3];
             for (axis, out) in axes.iter_mut().enumerate() {
-                let at =
-                    |further: usize| read::<F>(kept.get(MIDDLES * axis + first + place + further..).unwrap_or(&[]));
+                let beside_them = kept.get(MIDDLES * axis + first..).and_then(|kept| kept.first_chunk());
+                let beside_them: &[Short; 2 * PARTS + GROUP] = beside_them.unwrap_or(&[0; 2 * PARTS + GROUP]);
+                let at = |further: usize| F::shorts(beside_them.get(further..).unwrap_or(&[]));
                 *out = beside(at(PARTS), slopes(at, columns_and_rows).map(|slope| slope * 0.25));
             }
-            for quadrant in 0..4 {
-                let [x, y, z] = axes.map(|axis| axis[quadrant]);
+            let [x, y, z] = &axes;
+            for (quadrant, ((&x, &y), &z)) in x.iter().zip(y).zip(z).enumerate() {
                 let scale =
                     F::splat(guide::STEPS - 1.0) / (x * x + y * y + z * z).max(F::splat(f32::MIN_POSITIVE)).sqrt();
                 for (out, x) in directions.iter_mut().zip([x, y, z]) {
                     // Above 0, since only there numbers become whole ones.
                     let steps = F::ints_of((x * scale + (guide::STEPS + 0.5)).to_whole() + F::Whole::splat(BELOW_0));
-                    for (out, &step) in out[quadrant].iter_mut().skip(place).zip(steps.as_ref()) {
+                    for (out, &step) in out[quadrant].iter_mut().skip(first).zip(steps.as_ref()) {
                         *out = step as Short;
                     }
                 }
             }
         }
-        let mut out = [[0.5; GROUP]; 4];
+        let mut out = [[0.5; MIDDLES]; 4];
         stage.respond::<F>(directions.each_ref().map(|axis| axis.as_flattened()), out.as_flattened_mut());
         out
     }

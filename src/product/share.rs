@@ -6,12 +6,12 @@
 //! mixture nearer to the true product (Douc et al. 2007). Directions are fixed, so that the density depends on the point alone.
 
 use super::density::Shaded;
-use super::peak::add_all;
+use super::peak::{Peak, add_all};
 use super::stored::{Header, Product};
 use crate::brdf::surface::Surface;
 use crate::light::environment::Environment;
-use crate::points::hammersley;
-use crate::simd::{Four, GROUP, Num, REGISTERS, places, sum};
+use crate::points::centres;
+use crate::simd::{Compute, GROUP, Level, Num, REGISTERS, Whole, compute, places, sum};
 use crate::sphere::Frame;
 use bytemuck::try_from_bytes_mut;
 
@@ -29,14 +29,14 @@ const WORTH_TRYING: f32 = 0.1;
 const LEAST_PART: f32 = 0.1;
 
 /// Writes the share into the product of a point, whose header says how much the width of its lobes allows. `adds_lobes`: whether all
-/// lobes are to be drawn, too.
+/// lobes are to be drawn, too. Inlined: of a level that is known no other is compiled.
 #[inline(always)]
-pub fn decide(environment: &Environment<'_>, surface: &Surface, adds_lobes: bool, product: &mut [u8]) {
+pub fn decide(level: Level, environment: &Environment<'_>, surface: &Surface, adds_lobes: bool, product: &mut [u8]) {
     let allowed = header_of(product).map_or(0.0, |header| header.peak);
     if !(allowed > WORTH_TRYING || adds_lobes) {
         return;
     }
-    let share = if allowed > WORTH_TRYING { tried(environment, surface, product) } else { allowed };
+    let share = if allowed > WORTH_TRYING { tried(level, environment, surface, product) } else { allowed };
     let share = share.min(allowed).min(MOST).max(LEAST_PART * allowed);
     if let Some(header) = header_of(product) {
         header.peak = if adds_lobes { add_all(&mut header.lobe, share, surface) } else { share };
@@ -47,35 +47,18 @@ fn header_of(product: &mut [u8]) -> Option<&mut Header> {
     product.get_mut(..size_of::<Header>()).and_then(|bytes| try_from_bytes_mut(bytes).ok())
 }
 
-/// The share of the lobes in what the directions bring. Apart, so that its stack is free again.
-#[inline(never)]
-fn tried(environment: &Environment<'_>, surface: &Surface, product: &[u8]) -> f32 {
+/// The share of the lobes in what the directions bring; 1 if too little was found.
+#[inline(always)]
+fn tried(level: Level, environment: &Environment<'_>, surface: &Surface, product: &[u8]) -> f32 {
     let Some(product) = Product::view(product) else { return 1.0 };
     let light = environment.tables();
-    let shaded = &Shaded::new(&light, product);
-    // Four at a time: a trial is rare, and wider registers would gain little for 30 kB of code.
-    let of_grid = of_grid::<Four>(shaded, &environment.frame());
-    share::<Four>(shaded, surface, &of_grid)
+    compute(level, Trial { shaded: &Shaded::new(&light, product), surface, frame: environment.frame() })
 }
 
-/// Numbers of the directions from place `first` on.
-#[inline(always)]
-fn numbers<F: Num>(first: usize) -> [F; 2] {
-    [0, 1].map(|axis: usize| F::each(|lane| hammersley((first + lane) as u32, GROUP as u32)[axis & 1]))
-}
-
-/// Eight directions of the grid, of map space, with their densities by the grid and in the light. Before the trial, so that the deep stack of samples does
-/// not lie on top of it.
-#[inline(never)]
-fn of_grid<F: Num>(shaded: &Shaded<'_>, frame: &Frame) -> [[f32; GROUP]; 5] {
-    let mut all = [[0.5; GROUP]; 5];
-    for first in places::<F>() {
-        let ([x, y, z], (grid, light)) = shaded.draw_grid::<F>(frame, numbers::<F>(first));
-        for (out, x) in all.iter_mut().zip([x, y, z, grid, light]) {
-            x.write(out, first);
-        }
-    }
-    all
+struct Trial<'a> {
+    shaded: &'a Shaded<'a>,
+    surface: &'a Surface,
+    frame: Frame,
 }
 
 /// Directions.
@@ -87,49 +70,58 @@ struct Tried<F> {
     lobes: F,
 }
 
-/// The share of the lobes; 1 if too little was found.
-#[inline(never)]
-fn share<F: Num>(shaded: &Shaded<'_>, surface: &Surface, of_grid: &[[f32; GROUP]; 5]) -> f32 {
-    let Some(peak) = &shaded.peak else { return 1.0 };
-    let zero = F::splat(0.0);
-    // Of each register of a group the directions of the lobes, then those of the grid.
-    let mut tried = [[Tried { value: zero, grid: zero, lobes: zero }; 2]; REGISTERS];
-    for (first, tried) in places::<F>().zip(&mut tried) {
-        let of_lobes = peak.sample(numbers::<F>(first));
-        let [x, y, z, grid, light] = of_grid.each_ref().map(|of| F::at(of, first));
-        *tried = [
-            look(shaded, surface, of_lobes, shaded.grid_and_light::<F>(of_lobes)),
-            look(shaded, surface, [x, y, z], (grid, light)),
-        ];
+impl Compute for Trial<'_> {
+    type Output = f32;
+
+    #[inline(always)]
+    fn run<F: Num>(self) -> f32 {
+        let Some(peak) = &self.shaded.peak else { return 1.0 };
+        let zero = F::splat(0.0);
+        // Of each register of a group the directions of the lobes, then those of the grid.
+        let mut tried = [[Tried { value: zero, grid: zero, lobes: zero }; 2]; REGISTERS];
+        for (first, tried) in places::<F>().zip(&mut tried) {
+            // Points of Hammersley.
+            let index = F::counted() + F::Whole::splat(first as u32);
+            let numbers = [(F::of_whole(index) + 0.5) * (1.0 / GROUP as f32), centres(index.reverse_bits())];
+            let of_lobes = peak.sample(numbers);
+            let of_lobes = (of_lobes, self.shaded.grid_and_light::<F>(of_lobes));
+            for (tried, (direction, densities)) in
+                tried.iter_mut().zip([of_lobes, self.shaded.draw_grid(&self.frame, numbers)])
+            {
+                *tried = self.look(peak, direction, densities);
+            }
+        }
+        let total = sum(tried.map(|tried| tried[0].value + tried[1].value));
+        if !(total > 0.0 && total < f32::MAX) {
+            return 1.0;
+        }
+        tried.iter_mut().flatten().for_each(|tried| tried.value = tried.value * (1.0 / total));
+        let mut share = 0.5;
+        for _ in 0..STEPS {
+            let by_lobes = |tried: Tried<F>| {
+                let lobes = tried.lobes * share;
+                let all = lobes + tried.grid * (1.0 - share);
+                tried.value * (lobes / all.max(F::splat(f32::MIN_POSITIVE)))
+            };
+            share = sum(tried.map(|tried| by_lobes(tried[0]) + by_lobes(tried[1])));
+        }
+        share
     }
-    let total = sum(tried.map(|tried| tried[0].value + tried[1].value));
-    if !(total > 0.0 && total < f32::MAX) {
-        return 1.0;
-    }
-    tried.iter_mut().flatten().for_each(|tried| tried.value = tried.value * (1.0 / total));
-    let mut share = 0.5;
-    for _ in 0..STEPS {
-        let by_lobes = |tried: Tried<F>| {
-            let lobes = tried.lobes * share;
-            let all = lobes + tried.grid * (1.0 - share);
-            tried.value * (lobes / all.max(F::splat(f32::MIN_POSITIVE)))
-        };
-        share = sum(tried.map(|tried| by_lobes(tried[0]) + by_lobes(tried[1])));
-    }
-    share
 }
 
-/// Directions of map space with these densities by the grid and in the light.
-#[inline(always)]
-fn look<F: Num>(shaded: &Shaded<'_>, surface: &Surface, direction: [F; 3], (grid, light): (F, F)) -> Tried<F> {
-    let (zero, largest) = (F::splat(0.0), F::splat(f32::MAX));
-    let lobes = shaded.peak.as_ref().map_or(zero, |peak| peak.density(direction));
-    let local = surface.to_local(direction);
-    let value = surface.eval::<F>(local).0 * light / (grid + lobes);
-    // No number where neither density is; below the horizon nothing is reflected.
-    let mut counts = F::and(zero.lt(value), value.lt(largest));
-    if !surface.is_whole() {
-        counts = F::and(counts, zero.lt(local[2]));
+impl Trial<'_> {
+    /// Directions of map space with these densities by the grid and in the light.
+    #[inline(always)]
+    fn look<F: Num>(&self, peak: &Peak<'_>, direction: [F; 3], (grid, light): (F, F)) -> Tried<F> {
+        let (zero, largest) = (F::splat(0.0), F::splat(f32::MAX));
+        let lobes = peak.density(direction);
+        let local = self.surface.to_local(direction);
+        let value = self.surface.eval::<F>(local).0 * light / (grid + lobes);
+        // No number where neither density is; below the horizon nothing is reflected.
+        let mut counts = F::and(zero.lt(value), value.lt(largest));
+        if !self.surface.is_whole() {
+            counts = F::and(counts, zero.lt(local[2]));
+        }
+        Tried { value: F::only(counts, value), grid, lobes }
     }
-    Tried { value: F::only(counts, value), grid, lobes }
 }

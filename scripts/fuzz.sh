@@ -1,7 +1,7 @@
 #!/bin/sh
 # Fuzzes an installed library: fuzz.sh LIBRARY_FOLDER MINUTES [SEED]
 #
-# First what is on record: cases that once broke a law, and inputs that the guided fuzzer kept.
+# First what is on record: inputs that the guided fuzzer kept.
 # Without a seed two processes side by side, with seeds of their own; with one that seed alone, for a failure of any length.
 set -eu
 cd "$(dirname "$0")/.."
@@ -11,7 +11,6 @@ built=${CARGO_TARGET_DIR:-target}/instruments
 fuzz=$built/wis-fuzz
 cargo build --quiet --profile instruments --package wis-fuzz --bin wis-fuzz
 
-"$fuzz" "$library" --replays fuzz/replays.txt
 rm -rf "$built/corpus"
 mkdir "$built/corpus"
 tar -xzf fuzz/corpus.tar.gz -C "$built/corpus"

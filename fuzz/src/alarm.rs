@@ -20,7 +20,7 @@ static IS_SET: AtomicBool = AtomicBool::new(false);
 /// The words that reproduce the case that is under way.
 pub fn reproduce() -> String {
     let [seed, epoch, number, row] = CASE.each_ref().map(|word| word.load(Ordering::Relaxed));
-    let name = crate::rows::ROWS[row as usize].name;
+    let name = &crate::rows::ROWS[row as usize].name;
     match INPUT.try_lock() {
         Ok(input) if !input.is_empty() => format!("{name} --corpus {input}"),
         _ => format!("{name} --replay {seed}:{epoch}:{number}"),

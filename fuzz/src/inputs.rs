@@ -5,19 +5,19 @@
 
 use crate::building::Build;
 use crate::oracle::Verdict;
-use crate::pool::Object;
+use crate::pool::{KINDS, Object};
 use crate::random::{self, Random};
 use crate::rows::ROWS;
 use crate::tally::Tally;
 use crate::world::World;
 use crate::{alarm, play};
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use std::sync::atomic::Ordering;
 
 /// Bytes of a call.
 const CALL: usize = 96;
-/// What objects every input begins with follows from it.
-const SEED: u64 = 1;
+/// What objects every input begins with follows from it: one that makes objects of every kind.
+const SEED: u64 = 2;
 /// Numbers of an input's own cases begin behind those that made the objects.
 const FIRST: u64 = 1 << 20;
 
@@ -33,9 +33,12 @@ impl Inputs {
     /// Builds objects of every kind.
     pub fn new(library: &str) -> Result<Inputs> {
         let (mut world, mut tally) = (World::new(library)?, Tally::default());
-        let rows = ROWS.len();
-        let words = play::Words { seed: SEED, epoch: 0, number: (play::ROUNDS * rows) as u64 - 1, rows };
+        let words = play::Words { seed: SEED, epoch: 0, number: (play::ROUNDS * ROWS.len()) as u64 - 1 };
         play::play(&mut world, &words, &mut tally, false)?;
+        ensure!(
+            KINDS.iter().all(|kind| !world.pool.of(kind).is_empty()),
+            "seed {SEED} does not make objects of every kind"
+        );
         let (objects, builds) = (world.pool.snapshot(&world.memory), world.builds.clone());
         Ok(Inputs { world, tally, objects, builds })
     }
@@ -47,7 +50,7 @@ impl Inputs {
             let [row, low, high, decisions @ ..] = call else { break };
             let index = usize::from(*row) % ROWS.len();
             let row = &ROWS[index];
-            has_builds |= matches!(row.name, "wis_environment_begin" | "wis_environment_run");
+            has_builds |= matches!(row.name.as_str(), "wis_environment_begin" | "wis_environment_run");
             for (slot, word) in alarm::CASE.iter().zip([SEED, 0, number, index as u64]) {
                 slot.store(word, Ordering::Relaxed);
             }

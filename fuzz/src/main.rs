@@ -6,7 +6,6 @@ use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 use wis_fuzz::play::{Words, play};
-use wis_fuzz::rows::ROWS;
 use wis_fuzz::tally::Tally;
 use wis_fuzz::world::World;
 use wis_fuzz::{again, alarm};
@@ -26,9 +25,6 @@ struct Options {
     /// The words of a failure: seed:epoch:number.
     #[arg(long)]
     replay: Option<String>,
-    /// A list of such words, which must hold now.
-    #[arg(long)]
-    replays: Option<PathBuf>,
     /// Inputs of the guided fuzzer: a file, or a folder.
     #[arg(long)]
     corpus: Option<PathBuf>,
@@ -37,9 +33,6 @@ struct Options {
 fn main() -> Result<()> {
     let options = Options::parse();
     alarm::set();
-    if let Some(list) = &options.replays {
-        return again::replays(&options.library, list);
-    }
     if let Some(path) = &options.corpus {
         return again::corpus(&options.library, path);
     }
@@ -50,7 +43,7 @@ fn main() -> Result<()> {
     let (begin, length) = (Instant::now(), Duration::from_secs_f64(60.0 * options.minutes));
     let mut epoch = 0;
     while begin.elapsed() < length && !alarm::STOP.load(Ordering::Relaxed) {
-        let words = Words { seed: options.seed, epoch, number: EPOCH - 1, rows: ROWS.len() };
+        let words = Words { seed: options.seed, epoch, number: EPOCH - 1 };
         play(&mut world, &words, &mut tally, false)?;
         epoch += 1;
     }

@@ -23,25 +23,21 @@ pub struct Words {
     pub seed: u64,
     pub epoch: u64,
     pub number: u64,
-    /// Rows of the table that calls are drawn from: later ones did not exist when the case was found.
-    pub rows: usize,
 }
 
 /// Plays an epoch up to a case.
 pub fn play(world: &mut World, words: &Words, tally: &mut Tally, verbose: bool) -> Result<()> {
-    let &Words { seed, epoch, number: last_number, rows } = words;
-    let known = ROWS.get(..rows).unwrap_or(&ROWS);
+    let &Words { seed, epoch, number: last_number } = words;
     let mut random = Random(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ epoch << 20);
     world.begin(&mut random);
-    let shares: Vec<&Row> = known.iter().flat_map(|row| std::iter::repeat_n(row, row.share)).collect();
+    let shares: Vec<usize> = (0..ROWS.len()).flat_map(|index| std::iter::repeat_n(index, ROWS[index].share)).collect();
     for number in 0..=last_number {
-        let first = number as usize / ROUNDS < known.len();
-        let row = if first { &known[number as usize % known.len()] } else { random.pick(&shares) };
-        let case_random = Random(random.bits());
+        let first = number as usize / ROUNDS < ROWS.len();
+        let index = if first { number as usize % ROWS.len() } else { random.pick(&shares) };
+        let (row, case_random) = (&ROWS[index], Random(random.bits()));
         if !row.is_possible(world) {
             continue;
         }
-        let index = ROWS.iter().position(|other| other.name == row.name).unwrap_or(0);
         for (slot, word) in alarm::CASE.iter().zip([seed, epoch, number, index as u64]) {
             slot.store(word, Ordering::Relaxed);
         }
@@ -55,7 +51,7 @@ pub fn play(world: &mut World, words: &Words, tally: &mut Tally, verbose: bool) 
 
 /// One call, often followed by the same under another control word.
 pub fn one(world: &mut World, row: &Row, random: Random, valid: bool, tally: &mut Tally, verbose: bool) -> Verdict {
-    let mut case = Case::new(world, world.function(row.name), random);
+    let mut case = Case::new(world, world.function(&row.name), random);
     if valid {
         case.spoiled = None;
     }

@@ -1,6 +1,6 @@
 //! What was called, how it answered, and how much stack and time it took.
 
-use crate::rows::{self, Row};
+use crate::rows::{ROWS, Row};
 use anyhow::{Result, bail};
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -18,12 +18,12 @@ const MOST_STACK: usize = 12288;
 /// By row.
 #[derive(Default)]
 pub struct Tally {
-    rows: BTreeMap<&'static str, Of>,
+    rows: BTreeMap<String, Of>,
 }
 
 impl Tally {
     pub fn add(&mut self, row: &Row, status: u32, stack: usize, seconds: f64) {
-        let of = self.rows.entry(row.name).or_default();
+        let of = self.rows.entry(row.name.clone()).or_default();
         *of.statuses
             .entry(if row.name == "wis_status_string" || row.name == "wis_version" { 0 } else { status })
             .or_default() += 1;
@@ -42,8 +42,8 @@ impl Tally {
     /// A line for each row.
     pub fn table(&self) -> String {
         let mut text = String::new();
-        for row in rows::current() {
-            let of = self.rows.get(row.name).cloned().unwrap_or_default();
+        for row in ROWS.iter() {
+            let of = self.rows.get(&row.name).cloned().unwrap_or_default();
             let statuses: Vec<String> = of.statuses.iter().map(|(status, count)| format!("{status}:{count}")).collect();
             let (calls, stack, ms) = (Tally::calls(&of), of.stack, 1e3 * of.seconds);
             let _ =
@@ -56,8 +56,8 @@ impl Tally {
 
     /// Fails if a row never succeeded, or a call used more than [`MOST_STACK`].
     pub fn judge(&self) -> Result<()> {
-        for row in rows::current() {
-            let succeeded = self.rows.get(row.name).is_some_and(|of| of.statuses.contains_key(&0));
+        for row in ROWS.iter() {
+            let succeeded = self.rows.get(&row.name).is_some_and(|of| of.statuses.contains_key(&0));
             if !succeeded {
                 bail!("FAILED {} never succeeded: its arguments are wrong", row.name);
             }

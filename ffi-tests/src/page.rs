@@ -79,6 +79,21 @@ pub fn filled(text: String, (name, value): &(&str, &dyn Display)) -> String {
     text.replace(&format!("{{{name}}}"), &value.to_string())
 }
 
+/// A text whose braces are filled with the next values: {}, or {:.2} of a number.
+///
+/// # Panics
+/// There are fewer values than braces.
+pub fn filled_in_order<'a>(text: &str, values: &mut impl Iterator<Item = &'a &'a dyn Display>) -> String {
+    let mut parts = text.split('{');
+    let begin = parts.next().unwrap_or_default().to_string();
+    parts.fold(begin, |filled, part| {
+        let (digits, behind) = part.split_once('}').expect(text);
+        let value = values.next().expect(text);
+        let digits = digits.strip_prefix(":.").map(|digits| digits.parse::<usize>().expect(text));
+        filled + &digits.map_or_else(|| value.to_string(), |digits| format!("{value:.digits$}")) + behind
+    })
+}
+
 /// A text and a table below a heading.
 pub fn section(heading: &str, text: impl Into<String>, table: Table) -> Vec<Part> {
     vec![Part::Heading(heading.into()), Part::Text(text.into()), Part::Table(table)]

@@ -5,7 +5,7 @@ use crate::images::Sheet;
 use crate::page;
 use anyhow::{Context, Result};
 use serde::{Deserialize, Serialize};
-use std::fmt::Write;
+use std::fmt::{Display, Write};
 use std::path::{Path, PathBuf};
 
 /// What is written.
@@ -82,6 +82,19 @@ impl Paper {
         let marks = &before[before.trim_end_matches('#').len()..];
         self.text += &format!("\n{marks}{whole}{}\n", behind.split("\n#").next().unwrap_or_default());
         Ok(())
+    }
+
+    /// Adds the claim of the prose whose words begin so: a row of its table, whose braces these values fill in their order. A claim without a
+    /// cause has one that no experiment shows.
+    ///
+    /// # Panics
+    /// There is no such row, or it has another number of braces.
+    pub fn claim(&mut self, begin: &str, verdict: impl Into<Verdict>, values: &[&dyn Display]) {
+        let row = self.prose.lines().find_map(|line| line.strip_prefix("| ").filter(|row| row.starts_with(begin)));
+        let (mut cells, mut values) = (row.expect(begin).trim_end_matches('|').split(" | "), values.iter());
+        let cells = [0; 4].map(|_| page::filled_in_order(cells.next().expect(begin).trim(), &mut values));
+        assert!(values.next().is_none(), "{begin}: too many values");
+        self.claims.add(cells, verdict.into());
     }
 
     /// Saves a picture and shows it.
@@ -203,17 +216,10 @@ impl From<bool> for Verdict {
 const UNKNOWN: &str = "not examined";
 
 impl Claims {
-    /// Adds a claim whose cause no experiment shows.
-    pub fn holds(&mut self, claim: &str, here: String, verdict: impl Into<Verdict>) {
-        self.add(claim, here, verdict, "");
-    }
-
-    /// Adds a claim: "its words | what the paper says", what was measured, whether it holds, and why if it does not.
-    pub fn add(&mut self, claim: &str, here: String, verdict: impl Into<Verdict>, cause: &str) {
-        let (claim, paper) = claim.split_once(" | ").unwrap_or((claim, ""));
-        let cause = if cause.is_empty() { UNKNOWN } else { cause };
-        let [claim, paper, cause] = [claim, paper, cause].map(String::from);
-        self.0.push(Claim { claim, paper, here, verdict: verdict.into(), cause });
+    /// Adds a claim: its words, what the paper says, what was measured, and why it does not hold, if it does not.
+    fn add(&mut self, [claim, paper, here, cause]: [String; 4], verdict: Verdict) {
+        let cause = if cause.is_empty() { UNKNOWN.into() } else { cause };
+        self.0.push(Claim { claim, paper, here, verdict, cause });
     }
 
     /// How many hold, those that do not with their causes, then the others.
@@ -246,10 +252,10 @@ mod tests {
     #[test]
     fn verdicts_are_those_that_were_measured() {
         let (mut claims, mut out) = (Claims::default(), String::new());
-        claims.add("a | 1", "2".into(), true, "c");
-        claims.add("b | 3", "4".into(), false, "d");
-        claims.add("e | 5", "6".into(), Verdict::Untested, "");
-        claims.add("g | 7", "8".into(), Verdict::Refuted.unless(true), "");
+        claims.add(["a", "1", "2", "c"].map(String::from), true.into());
+        claims.add(["b", "3", "4", "d"].map(String::from), false.into());
+        claims.add(["e", "5", "6", ""].map(String::from), Verdict::Untested);
+        claims.add(["g", "7", "8", ""].map(String::from), Verdict::Refuted.unless(true));
         claims.write(&mut out).unwrap();
         assert!(out.starts_with("2 of the paper's 4 claims hold."));
         assert!(out.contains("| b | 3 | 4 | **does not hold** | d |") && out.contains("| a | 1 | 2 | holds |"));

@@ -106,35 +106,15 @@ fn cause(is_shown: bool, words: String) -> String {
 
 fn claims(page: &mut Paper, m: &[Measured], in_the_lobe: f64) {
     let error = |i: usize| m[i].error;
-    page.claims.add(
-        "a glossy buddha takes ten times fewer samples (Figs. 1 and 6) | 300 lights against 3000 samples",
-        format!(
-            "error {:.3} with 300 lights; importance sampling {:.3} with 300, {:.3} with 1000, {:.3} with 3000",
-            error(15),
-            error(3),
-            error(4),
-            error(5)
-        ),
+    page.claim(
+        "a glossy buddha takes",
         Verdict::Refuted.unless(error(15) <= EQUAL * error(5)),
-        &format!(
-            "a lobe varies inside a stratum, as Section 4 says: with the mean of the BRDF over {PLACES} places of each stratum the error is \
-             {:.3}, with 1000 lights {:.3}",
-            error(17),
-            error(16)
-        ),
+        &[&error(15), &error(3), &error(4), &error(5), &PLACES, &error(17), &error(16)],
     );
-    page.claims.add(
-        "sampling the BRDF is worse than sampling the map | \"even more noisy\" with 1000 samples",
-        format!("BRDF {:.3}, map {:.3}", error(7), error(4)),
-        Verdict::Refuted.unless(error(7) > error(4)),
-        &cause(
-            in_the_lobe < 0.5,
-            format!(
-                "{:.1} % of the samples of this map lie where the lobe is above half of its peak",
-                100.0 * in_the_lobe
-            ),
-        ),
-    );
+    let lobe =
+        format!("{:.1} % of the samples of this map lie where the lobe is above half of its peak", 100.0 * in_the_lobe);
+    let verdict = Verdict::Refuted.unless(error(7) > error(4));
+    page.claim("sampling the BRDF is", verdict, &[&error(7), &error(4), &cause(in_the_lobe < 0.5, lobe)]);
     mis(page, m);
     sorting(page, m);
 }
@@ -142,26 +122,13 @@ fn claims(page: &mut Paper, m: &[Measured], in_the_lobe: f64) {
 fn mis(page: &mut Paper, m: &[Measured]) {
     let error = |i: usize| m[i].error;
     let at = |i: usize| m[i].us * MEGAPIXELS;
-    page.claims.add(
-        "MIS of map and BRDF cannot be better than structured sampling | \"cannot perform better\", not measured",
-        format!(
-            "300 samples: MIS {:.3}, structured {:.3}; at 1000 {:.3} and {:.3}; {:.1} s and {:.1} s with 300",
-            error(10),
-            error(15),
-            error(11),
-            error(16),
-            at(10),
-            at(15)
-        ),
-        Verdict::Refuted.unless(error(10) >= error(15) && error(11) >= error(16)),
-        &cause(
-            error(6) < error(15) && (error(6)..=error(3)).contains(&error(10)),
-            format!(
-                "the paper concludes it from both parts being worse; here the BRDF alone has {:.3} with 300, and MIS lies between its parts",
-                error(6)
-            ),
-        ),
+    let parts = format!(
+        "the paper concludes it from both parts being worse; here the BRDF alone has {:.3} with 300, and MIS lies between its parts",
+        error(6)
     );
+    let cause = cause(error(6) < error(15) && (error(6)..=error(3)).contains(&error(10)), parts);
+    let verdict = Verdict::Refuted.unless(error(10) >= error(15) && error(11) >= error(16));
+    page.claim("MIS of map and", verdict, &[&error(10), &error(15), &error(11), &error(16), &at(10), &at(15), &cause]);
 }
 
 fn sorting(page: &mut Paper, m: &[Measured]) {
@@ -177,36 +144,18 @@ fn sorting(page: &mut Paper, m: &[Measured]) {
     let few = rows.clone().filter(|&i| m[i].rays <= RAYS);
     let paired = few.min_by(|&a, &b| m[a].displayed.total_cmp(&m[b].displayed)).unwrap_or(rows.end - 1);
     let gains = rows.clone().take(STEPS.len()).map(|i| (m[i].displayed - m[i + STEPS.len()].displayed).abs());
-    page.claims.add(
-        "sorting needs 4.7 rays a point in place of 300 at the same quality | 4.7 of 300",
-        format!(
-            "{:.1} rays: displayed difference {:.1} % of white in place of {:.1} % with {:.0} rays (error {:.3} in place of {:.3})",
-            m[paired].rays,
-            100.0 * m[paired].displayed,
-            100.0 * m[15].displayed,
-            m[15].rays,
-            m[paired].error,
-            m[15].error
-        ),
-        Verdict::Refuted.unless(m[paired].rays <= RAYS && alike(&paired)),
-        &format!(
-            "fewer rays are noise: the same error takes {}, the same picture {} rays; a control variate changes the displayed difference by at \
-             most {:.1} % of white",
-            fewest(&equal),
-            fewest(&alike),
-            100.0 * gains.fold(0.0, f64::max)
-        ),
+    let (own, all, white) = (&m[paired], &m[15], |i: usize| 100.0 * m[i].displayed);
+    let most = 100.0 * gains.fold(0.0, f64::max);
+    let fewest = [fewest(&equal), fewest(&alike)];
+    page.claim(
+        "sorting needs 4.7 rays",
+        Verdict::Refuted.unless(own.rays <= RAYS && alike(&paired)),
+        &[&own.rays, &white(paired), &white(15), &all.rays, &own.error, &all.error, &fewest[0], &fewest[1], &most],
     );
     let best = rows.filter(alike).min_by(|&a, &b| m[a].us.total_cmp(&m[b].us));
-    page.claims.add(
-        "sorting makes the buddha several times as fast | 55 s, sorted 12 s; importance sampling 83 s",
-        format!(
-            "{:.1} s; picked at the same quality {}; importance sampling {:.1} s",
-            at(15),
-            best.map_or("not reached".into(), |i| format!("{:.1} s", at(i))),
-            at(3)
-        ),
+    page.claim(
+        "sorting makes the buddha",
         best.is_some_and(|i| at(i) * SEVERAL <= at(15)),
-        "to evaluate 300 lights takes as long as the rays that are saved",
+        &[&at(15), &best.map_or("not reached".into(), |i| format!("{:.1} s", at(i))), &at(3)],
     );
 }

@@ -45,11 +45,7 @@ pub fn allocation(page: &mut Paper) -> Result<()> {
             within(BRIGHT, MIDDLE)
         )?;
     }
-    page.claims.holds(
-        "a small bright region gets fewer lights than its light alone asks for (Fig. 3) | 25 in place of 35",
-        format!("{} in place of {}", bright[2], bright[1]),
-        bright[2] < bright[1],
-    );
+    page.claim("a small bright region", bright[2] < bright[1], &[&bright[2], &bright[1]]);
     Ok(())
 }
 
@@ -101,12 +97,7 @@ pub fn real(page: &mut Paper, maps: &[&Map]) -> Result<()> {
     for (file, sheet) in &sheets {
         page.save(file, sheet)?;
     }
-    page.claims.add(
-        "the same on real maps: the metric lies between area and light alone | \"reduces the number of samples for these lights\"",
-        found.join(", "),
-        holds,
-        "the bright regions of these maps are wider than the limiting solid angle of 0.01",
-    );
+    page.claim("the same on real", holds, &[&found.join(", ")]);
     Ok(())
 }
 
@@ -148,11 +139,7 @@ pub fn speed(page: &mut Paper, lights: &[&Light]) -> Result<()> {
         writeln!(page.text, "| {name} | {width} x {height} | 300 | k-means, {ROUNDS} rounds | {seconds:.2} | - |")?;
     }
     let (seconds, texels) = of_300.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).expect("a map");
-    page.claims.holds(
-        "300 lights of a map of a million texels in a minute (Section 5) | 60 s",
-        format!("{seconds:.2} s, {:.1} million texels", texels as f64 / 1e6),
-        seconds <= MINUTE,
-    );
+    page.claim("300 lights of a", seconds <= MINUTE, &[&seconds, &(texels as f64 / 1e6)]);
     Ok(())
 }
 

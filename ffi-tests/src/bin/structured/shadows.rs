@@ -50,34 +50,19 @@ fn claims(page: &mut Paper, models: &[(String, Model)], rows: &[[f64; 3]], (mode
     fits.sort_by(f64::total_cmp);
     let median = fits[fits.len() / 2];
     let [short, long] = range(models.iter().map(|m| m.1.angle));
-    page.claims.holds(
-        "correlation of visibility falls exponentially with the angle (Fig. 2) | a line in the logarithm; T = 0.5",
-        format!("R^2 {least:.2} to {most:.2}, {median:.2} in the median of 10 points; T = {short:.2} to {long:.2}"),
-        median >= LINE,
-    );
+    page.claim("correlation of visibility falls", median >= LINE, &[&least, &most, &median, &short, &long]);
     let [low, high] = range(rows.iter().map(|row| row[0]));
     let third = 1.0 / 3.0;
-    page.claims.add(
-        "the variance in a cone is angle / 3T (Eq. 6) | 0.33 angle / T",
-        format!("{low:.2} to {high:.2} angle / T"),
+    page.claim(
+        "the variance in a",
         Verdict::Refuted.unless(low >= third * (1.0 - OFF) && high <= third * (1.0 + OFF)),
-        &format!(
-            "the appendix replaces a mean of products by a product of means; its own model gives {model:.2} (\"the model itself\")"
-        ),
+        &[&low, &high, &model],
     );
     let [low, high] = range(rows.iter().map(|row| row[1] / row[0]));
-    page.claims.holds(
-        "that variance is proportional to the angle, hence the exponent 1/4 of the metric | a line up to about 3T/4",
-        format!("from T/4 to T/2 it grows {:.2} to {:.2} times as fast as a line", low, high),
-        low >= 1.0 - OFF && high <= 1.0 + OFF,
-    );
+    page.claim("that variance is proportional", low >= 1.0 - OFF && high <= 1.0 + OFF, &[&low, &high]);
     let [low, high] = range(rows.iter().map(|row| row[2]));
-    page.claims.add(
-        "the variance reaches its maximum of 1/4 near 3T/4 | yes",
-        format!("{:.0} to {:.0} % of the maximum at 3T/4", 100.0 * low, 100.0 * high),
-        Verdict::Refuted.unless(low >= REACHED),
-        &format!("the same step of the appendix: the model itself is at {:.0} % there", 100.0 * tail),
-    );
+    let verdict = Verdict::Refuted.unless(low >= REACHED);
+    page.claim("the variance reaches its", verdict, &[&(100.0 * low), &(100.0 * high), &(100.0 * tail)]);
 }
 
 /// Variance x T / angle at a quarter and at half of T, and the variance at three quarters, of 1/4.

@@ -84,48 +84,23 @@ fn lights(page: &mut Paper, map: &Map, whole: Known, thinned: Known, material: &
     let values = compare(page, "teapot.png", (whole.0, material), whole.1, map, &shown)?;
     claims(page, &m);
     let [few, strata] = [2, 5].map(|i| Parts::of(whole.0, whole.1, &values[i]).bands);
-    page.claims.holds(
-        "300 lights of k-means show bands where 300 strata do not | LightGen, pictures",
-        format!("from an even start bands of {few:.4} against {strata:.4} (see Jitter)"),
-        few >= 1.5 * strata,
-    );
+    page.claim("300 lights of k-means", few >= 1.5 * strata, &[&few, &strata]);
     Ok(())
 }
 
 fn claims(page: &mut Paper, m: &[Measured]) {
     let pair = |a: usize, b: usize| format!("error {:.4} against {:.4}", m[a].error, m[b].error);
     let at = |i: usize| m[i].us * MEGAPIXELS;
-    page.claims.holds(
-        "300 lights are as good as 3000 samples of stratified importance sampling (Fig. 5) | yes",
-        pair(8, 2),
-        m[8].error <= EQUAL * m[2].error,
-    );
-    page.claims.holds(
-        "100 lights look convincing, 300 importance samples do not | yes",
-        pair(7, 1),
-        m[7].error * 2.0 <= m[1].error,
-    );
-    page.claims.holds("uniform stratified sampling is far behind | yes", pair(0, 1), m[0].error >= 2.0 * m[1].error);
+    page.claim("300 lights are as", m[8].error <= EQUAL * m[2].error, &[&pair(8, 2)]);
+    page.claim("100 lights look convincing,", m[7].error * 2.0 <= m[1].error, &[&pair(7, 1)]);
+    page.claim("uniform stratified sampling is", m[0].error >= 2.0 * m[1].error, &[&pair(0, 1)]);
     let is_caught = |few: usize, many: usize| m[many].error >= m[few].error / 1.5;
-    page.claims.add(
-        "3000 lights of k-means are not much better, since it gets caught in a local minimum | LightGen, after 10 hours",
-        format!(
-            "{:.4} with 300, {:.4} with 3000 from an even start; {:.4} and {:.4} from a start by weight",
-            m[3].error, m[4].error, m[5].error, m[6].error
-        ),
+    page.claim(
+        "3000 lights of k-means",
         Verdict::Untested.unless(is_caught(3, 4)),
-        "LightGen, whose start is not known, is not to be had; k-means is not caught from either start of the table",
+        &[&m[3].error, &m[4].error, &m[5].error, &m[6].error],
     );
-    page.claims.holds(
-        "structured sampling is faster than importance sampling for as many samples | 10 s against 70 s at 500 x 500",
-        format!(
-            "lights eight at a time {:.1} s, one by one as samples are {:.1} s, against {:.1} s",
-            at(8),
-            at(9),
-            at(1)
-        ),
-        m[9].us < m[1].us,
-    );
+    page.claim("structured sampling is faster", m[9].us < m[1].us, &[&at(8), &at(9), &at(1)]);
     sorting(page, m);
 }
 
@@ -134,34 +109,17 @@ fn sorting(page: &mut Paper, m: &[Measured]) {
     let (last, sorted) = (FIRST + STEPS.len() - 1, FIRST + STEPS.len());
     let saved = |i: usize| 1.0 - m[i].rays / m[8].rays;
     let enough = (FIRST..=last).find(|&i| saved(i) >= SAVED).unwrap_or(last);
-    page.claims.add(
-        "sorting saves three quarters of the teapot's rays | 75 %, no loss is mentioned",
-        format!(
-            "at {:.0} % saved the displayed difference is {:.1} % of white in place of {:.1} % (error {:.4} in place of {:.4})",
-            100.0 * saved(enough),
-            100.0 * m[enough].displayed,
-            100.0 * m[8].displayed,
-            m[enough].error,
-            m[8].error
-        ),
-        saved(enough) >= SAVED && m[enough].displayed <= VISIBLE,
-        "so few rays do not find the shadows' edges",
+    let (few, all, percent) = (&m[enough], &m[8], |i: usize| 100.0 * saved(i));
+    page.claim(
+        "sorting saves three quarters",
+        saved(enough) >= SAVED && few.displayed <= VISIBLE,
+        &[&percent(enough), &(100.0 * few.displayed), &(100.0 * all.displayed), &few.error, &all.error],
     );
     let slower = m[sorted].us / m[8].us;
-    page.claims.add(
-        "sorting does not save time on the teapot | \"nearly the same\" with 75 % of the rays saved",
-        format!(
-            "{:.1} s without; {:.1} s with {:.0} % saved, {:.1} s with {:.0} % saved by picks without an order",
-            at(8),
-            at(sorted),
-            100.0 * saved(sorted),
-            at(enough),
-            100.0 * saved(enough)
-        ),
+    page.claim(
+        "sorting does not save",
         Verdict::Refuted.unless((slower - 1.0).abs() <= NEARLY),
-        &format!(
-            "with the order it takes {slower:.2} times the time: here its overhead is less than the rays that it saves"
-        ),
+        &[&at(8), &at(sorted), &percent(sorted), &at(enough), &percent(enough), &slower],
     );
 }
 
@@ -210,12 +168,8 @@ fn jitter(page: &mut Paper, map: &Map, whole: Known, thinned: Known, material: &
     }
     let is_traded = |i: usize| parts[i].bands <= FADED * parts[0].bands && parts[i].noise > parts[0].noise;
     let part = |i: usize| format!("bands {:.4} and noise {:.4}", parts[i].bands, parts[i].noise);
-    page.claims.holds(
-        "jitter trades bands for noise (Fig. 7) | a picture: \"banding can be eliminated\"",
-        format!("{} without, {} with the paper's uniform jitter, {} by energy", part(0), part(1), part(2)),
-        // Uniform places are biased where the light varies inside a stratum, and neighbours share that bias.
-        is_traded(2),
-    );
+    // Uniform places are biased where the light varies inside a stratum, and neighbours share that bias.
+    page.claim("jitter trades bands for", is_traded(2), &[&part(0), &part(1), &part(2)]);
     Ok(())
 }
 

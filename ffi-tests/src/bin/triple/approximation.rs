@@ -81,27 +81,11 @@ fn claims(page: &mut Paper, curves: &[Curve]) {
         (curves.iter().map(cell).collect::<Vec<_>>().join(", "), least)
     };
     let (simple, least) = gains(&|curve| curve.scalar);
-    page.claims.add(
-        "for reasonable error (5 %) wavelets are 10 to 30 times faster than a simple sum over pixels (Fig. 3) | 10 to 30 times at 6 x 256 x 256",
-        simple,
-        least >= FASTER,
-        &format!("a term takes {low:.0} to {high:.0} ns from 0.1 to 10 %, a pixel {:.1}", 1e3 * scalar / pixels),
-    );
+    page.claim("for reasonable error (5", least >= FASTER, &[&simple, &low, &high, &(1e3 * scalar / pixels)]);
     let (unpacked, least) = gains(&|curve| curve.decompressed);
-    page.claims.add(
-        "the same against pixels that are stored as wavelets and must be decompressed first | more",
-        unpacked,
-        least >= FASTER,
-        &format!(
-            "decompression and the sum, eight at a time, take {decompressed:.0} us, {:.1} times the sum one by one",
-            decompressed / scalar
-        ),
-    );
-    page.claims.holds(
-        "time is linear in the terms (Fig. 3, slope 1) | slope 1",
-        format!("slope {flat:.2} to {steep:.2} from 0.1 to 10 %, {low:.0} to {high:.0} ns a term"),
-        slopes.iter().all(|slope| (slope - 1.0).abs() <= SLOPE),
-    );
+    page.claim("the same against pixels", least >= FASTER, &[&unpacked, &decompressed, &(decompressed / scalar)]);
+    let is_linear = slopes.iter().all(|slope| (slope - 1.0).abs() <= SLOPE);
+    page.claim("time is linear in", is_linear, &[&flat, &steep, &low, &high]);
 }
 
 /// What eight pixels at a time change.

@@ -135,39 +135,20 @@ pub fn write(page: &mut Paper, _: &Light) -> Result<()> {
             mean(&|row| row.2) * all as f64,
             100.0 * strict
         )?;
-        page.claims.add(
-            &format!(
-                "material field of {}, {} directions: share of the terms for {:.0} % accuracy (8.2) | {:.2} %, {}",
-                material.name,
-                edge(normal_cells.max(reflected_cells)),
-                100.0 * accuracy,
-                100.0 * share,
-                words
-            ),
-            format!(
-                "{:.2} % and {:.1} MB for that share of the energy, {:.2} % for an L2 error of {:.0} %",
-                100.0 * energy,
-                megabytes,
-                100.0 * strict,
-                100.0 * (1.0 - accuracy)
-            ),
-            Verdict::Untested.unless(energy <= SAME * share),
-            "what the paper's accuracy measures is not said",
+        let (name, edge) = (&material.name, edge(normal_cells.max(reflected_cells)));
+        let verdict = Verdict::Untested.unless(energy <= SAME * share);
+        let [of, share, energy, strict, off] =
+            [accuracy, share, energy, strict, 1.0 - accuracy].map(|share| 100.0 * share);
+        page.claim(
+            "material field of",
+            verdict,
+            &[name, &edge, &of, &share, &words, &energy, &megabytes, &strict, &off],
         );
-        page.claims.add(
-            &format!(
-                "its size, material field of {}, {} directions (8.2) | {} MB",
-                material.name,
-                edge(normal_cells.max(reflected_cells)),
-                paper_megabytes
-            ),
-            format!("{:.1} MB for that share of the energy", megabytes),
+        let (bytes, of_paper) = (megabytes / field, 1e6 * paper_megabytes / all as f64);
+        page.claim(
+            "its size, material field",
             megabytes <= paper_megabytes,
-            &format!(
-                "a cell takes {:.0} bytes in place of {:.0}",
-                megabytes / field,
-                1e6 * paper_megabytes / all as f64
-            ),
+            &[name, &edge, &paper_megabytes, &megabytes, &bytes, &of_paper],
         );
     }
     Ok(())

@@ -169,25 +169,17 @@ pub fn write(page: &mut Paper, light: &Light) -> Result<()> {
 /// Time and error of the terms that the paper's images take, beside all pixels with the same BRDFs, one by one and eight at a time.
 fn claims(page: &mut Paper, material: Material, paper: &Way, [pixels, lanes]: [&Way; 2]) {
     let name = material.name();
-    page.claims.holds(
-        &format!("a frame of 93 thousand vertices in 3 s with 0.1 % of the BRDF and 0.5 % of the light, {name} (8.2) | 3 s, Phong 64"),
-        format!("{:.2} s", paper.seconds),
-        paper.seconds <= SECONDS,
-    );
+    page.claim("a frame of 93", paper.seconds <= SECONDS, &[&name, &paper.seconds]);
     let percent = |way: &Way| format!("{:.1} % of white (error {:.1} %)", 100.0 * way.displayed, 100.0 * way.error);
-    page.claims.add(
-        &format!("these terms produce accurate images, {name} (8.2) | \"accurate\""),
-        format!("displayed difference {}; all pixels with the same BRDFs {}", percent(paper), percent(pixels)),
+    page.claim(
+        "these terms produce accurate",
         Verdict::Refuted.unless(paper.displayed <= VISIBLE),
-        &format!("what terms leave out: all pixels with the same BRDFs are off by {}", percent(pixels)),
+        &[&name, &percent(paper), &percent(pixels), &percent(pixels)],
     );
-    page.claims.holds(
-        &format!("these terms are faster than all pixels at 6 x 64 x 64, {name} | 6.1: \"a full pixel integration is slower\""),
-        format!(
-            "{:.2} s by terms, {:.2} s by pixels one by one as in the paper ({:.2} s eight at a time)",
-            paper.seconds, pixels.seconds, lanes.seconds
-        ),
+    page.claim(
+        "these terms are faster",
         paper.seconds < pixels.seconds,
+        &[&name, &paper.seconds, &pixels.seconds, &lanes.seconds],
     );
 }
 
@@ -553,11 +545,8 @@ fn visibility_sizes(page: &mut Paper) -> Result<()> {
     }
     for (domain, paper, high) in [(Domain::cube(6), "3.1 to 6.2 %", 0.062), (Domain::cube(8), "0.8 %", 0.008)] {
         let [least, most] = range(shares.iter().filter(|(name, _)| *name == domain.name()).map(|(_, share)| *share));
-        page.claims.holds(
-            &format!("visibility is sparse on {} pixels (7.1.1, 8.2) | {paper}", domain.name()),
-            format!("{:.2} to {:.2} %", 100.0 * least, 100.0 * most),
-            most <= high,
-        );
+        let (name, values) = (domain.name(), [least, most].map(|share| 100.0 * share));
+        page.claim("visibility is sparse on", most <= high, &[&name, &paper, &values[0], &values[1]]);
     }
     Ok(())
 }

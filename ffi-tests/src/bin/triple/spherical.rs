@@ -55,16 +55,10 @@ fn claim(page: &mut Paper, compared: &[(String, Vec<(usize, Errors)>)]) {
     let before = rows().filter(|(terms, _)| *terms < COMPARED).map(|(_, errors)| ratio(*errors)).fold(0.0, f64::max);
     let list = |k: usize| first().map(|errors| format!("{:.3}", errors[k])).collect::<Vec<_>>().join(", ");
     let names = compared.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(", ");
-    page.claims.holds(
-        "wavelets approximate lights of all frequencies, pixels and harmonics do not (6.1) | curves",
-        format!(
-            "error with {COMPARED} terms of {names}: wavelets {}; pixels {}; harmonics {}; from there on, wavelets are off at most {worst:.2} \
-             times as much as the better of the others",
-            list(2),
-            list(0),
-            list(1)
-        ),
+    page.claim(
+        "wavelets approximate lights of",
         worst <= FOLLOWS && behind(0) >= BEHIND && behind(1) >= BEHIND,
+        &[&COMPARED, &names, &list(2), &list(0), &list(1), &worst],
     );
     page.text += &format!(
         "With fewer than {COMPARED} terms, wavelets are up to {before:.1} times as far off as the better of the others.\n"

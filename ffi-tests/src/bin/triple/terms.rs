@@ -69,17 +69,9 @@ pub fn write(page: &mut Paper, light: &Light) -> Result<()> {
         let percent = |[error, displayed]: [f64; 2]| {
             format!("{:.1} % of white (error {:.1} %)", 100.0 * displayed, 100.0 * error)
         };
-        page.claims.holds(
-            &format!("0.1 to 1 % of BRDF and light are very close to a reference, {} (8.1) | pictures", material.name),
-            format!(
-                "displayed difference {} with 0.1 %, {} with 1 %, {} with 0.01 %",
-                percent(coarse),
-                percent(fine),
-                percent(least)
-            ),
-            // What is required lies between both: the upper end is enough.
-            fine[1] <= VISIBLE,
-        );
+        // What is required lies between both: the upper end is enough.
+        let [coarse, least, shown] = [percent(coarse), percent(least), percent(fine)];
+        page.claim("0.1 to 1 %", fine[1] <= VISIBLE, &[&material.name, &coarse, &shown, &least]);
     }
     Ok(())
 }

@@ -90,14 +90,11 @@ fn sizes(page: &mut Paper, (slices, depth, goal): (u32, u32, f64)) -> Result<()>
     )?;
     let [low, high] = range(sizes);
     let coefficients = TWO_PERCENT * all * f64::from(side * side) * 3.0;
-    page.claims.holds(
-        &format!(
-            "a table of {slices} x {slices} slices of {side} x {side} in colour fits {goal:.0} kB | \
-             about {goal:.0} kB: {:.1} bytes for each of 2 % of the coefficients",
-            1e3 * goal / coefficients
-        ),
-        format!("{low:.0} to {high:.0} kB with 2 %: {:.1} bytes for each at most", 1e3 * high / coefficients),
+    let (bytes, of_paper) = (1e3 * high / coefficients, 1e3 * goal / coefficients);
+    page.claim(
+        "a table of",
         high <= goal,
+        &[&slices, &slices, &side, &side, &goal, &goal, &of_paper, &low, &high, &bytes],
     );
     Ok(())
 }

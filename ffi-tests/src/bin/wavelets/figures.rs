@@ -64,15 +64,12 @@ pub fn one_point(page: &mut Paper, lit: &Lit) -> Result<()> {
     let list = |cell: &dyn Fn(&[f64; 4]) -> String| {
         rows.iter().map(|(name, row)| format!("{name} {}", cell(row))).collect::<Vec<_>>().join(", ")
     };
-    page.claims.holds(
-        "100 samples of the product at a point in 0.1 ms (Fig. 1) | 0.1 ms, acrylic blue",
-        list(&|row| format!("{:.0} us", row[3])),
-        rows.iter().all(|row| row.1[3] <= TENTH),
-    );
-    page.claims.holds(
-        "the product is a better density than BRDF or map (Fig. 1) | pictures",
-        list(&|row| format!("variance {:.2} (BRDF {:.0}, map {:.0})", row[2], row[0], row[1])),
+    let is_fast = rows.iter().all(|row| row.1[3] <= TENTH);
+    page.claim("100 samples of the", is_fast, &[&list(&|row| format!("{:.0} us", row[3]))]);
+    page.claim(
+        "the product is a",
         rows.iter().all(|row| row.1[2] < row.1[0].min(row.1[1])),
+        &[&list(&|row| format!("variance {:.2} (BRDF {:.0}, map {:.0})", row[2], row[0], row[1]))],
     );
     drawn(page, lit)
 }
@@ -170,14 +167,10 @@ pub fn point_sets(page: &mut Paper, lit: &Lit) -> Result<()> {
          The brightest {:.0} % of the pixels are cut.",
         100.0 * BRIGHTEST
     )?;
-    page.claims.add(
-        "the warp keeps the quality of the points (Fig. 4) | pictures",
-        format!(
-            "discrepancy of 256 points by mass: Hammersley {:.3} and {:.3}, random {:.3} and {:.3}",
-            after_all[0][1], after_all[1][1], after_all[0][0], after_all[1][0]
-        ),
+    page.claim(
+        "the warp keeps the",
         after_all.iter().all(|after| 2.0 * after[1] <= after[0]),
-        &format!("the warp makes the discrepancy of Hammersley points up to {most:.1} times as large"),
+        &[&after_all[0][1], &after_all[1][1], &after_all[0][0], &after_all[1][0], &most],
     );
     Ok(())
 }
@@ -218,16 +211,8 @@ pub fn convergence(page: &mut Paper, lit: &Lit) -> Result<()> {
     let at =
         |samples: usize| variances[COUNTS.iter().position(|count| *count == samples).expect("a count of the table")];
     let ([random, few, _], [many, ..]) = (at(64), at(512));
-    page.claims.add(
-        "64 Hammersley points have less variance than 512 random ones (Fig. 6) | yes, in St. Peter's",
-        format!("64 Hammersley {few:.5}, 512 random {many:.5}"),
-        Verdict::Untested.unless(few < many),
-        &format!(
-            "St. Peter's and the paper's scene are not at hand. Here 64 points must be {:.1} times better than 64 random ones, and are {:.1} times",
-            random / many,
-            random / few
-        ),
-    );
+    let verdict = Verdict::Untested.unless(few < many);
+    page.claim("64 Hammersley points have", verdict, &[&few, &many, &(random / many), &(random / few)]);
     Ok(())
 }
 

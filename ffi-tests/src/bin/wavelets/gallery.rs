@@ -105,38 +105,21 @@ pub fn write(page: &mut Paper, lit: &Lit) -> Result<()> {
     };
     let counts = [0, 1].map(|k| format!("{} of {} ({} of the _rgb files)", alike(k), buddha.len(), of_rgl(k)));
     writeln!(page.text, "\nAlike are {} with 2 % of all slices, {} with 2 % of each slice.", counts[0], counts[1])?;
-    page.claims.add(
-        "pictures with 2 % of the coefficients at 64 x 64 are indistinguishable from a reference (Fig. 10) | for most measured BRDFs; 1 to 2 % in practice",
-        format!(
-            "{:.0} % of white at most from all coefficients: {}",
-            100.0 * VISIBLE,
-            [0, 1, 2, 3].map(cell).join("; ")
-        ),
-        // Slices of 128 x 128 are not the claim's.
-        Verdict::Refuted.unless((0..3).any(|k| 2 * alike(k) > buddha.len())),
-        "both tables have the same slices, views and points of light: what differs are the 98 % of the coefficients",
-    );
+    // Slices of 128 x 128 are not the claim's.
+    let verdict = Verdict::Refuted.unless((0..3).any(|k| 2 * alike(k) > buddha.len()));
+    page.claim("pictures with 2 %", verdict, &[&(100.0 * VISIBLE), &[0, 1, 2, 3].map(cell).join("; ")]);
     // The first is the most diffuse.
     let noises = |rows: &[Row]| range(rows.iter().map(|row| row.noise));
     let [low, high] = noises(&buddha);
-    page.claims.add(
-        "measured BRDFs from diffuse to glossy are practically noise-free with 30 samples (Fig. 8) | pictures",
-        format!("noise {low:.3} to {high:.3} of {RUNS} runs, all of it in shadows; allowed {QUIET}"),
-        Verdict::Refuted.unless(high <= QUIET),
-        "an integral that is not hidden has no noise (Eq. 11): all of it is that of visibility alone, of which 30 samples are taken",
-    );
+    page.claim("measured BRDFs from diffuse", Verdict::Refuted.unless(high <= QUIET), &[&low, &high, &RUNS, &QUIET]);
     let ratios = others.each_ref().map(|rows| noises(&rows[1..]).map(|noise| noise / rows[0].noise));
     let each = others.iter().zip(ratios).map(|(rows, [least, most])| {
         let ([low, high], diffuse) = (noises(&rows[1..]), rows[0].noise);
         format!("noise {low:.3} to {high:.3}, {least:.2} to {most:.2} times the {diffuse:.3} of the most diffuse one")
     });
-    page.claims.add(
-        "glossy materials are handled equally well as diffuse ones with 10 samples (Fig. 12) | a picture",
-        each.collect::<Vec<_>>().join("; "),
-        // Equally well is not worse: less noise is no fault.
-        Verdict::Refuted.unless(ratios.iter().all(|[_, most]| *most <= EQUALLY)),
-        "an integral that is not hidden has no noise (Eq. 11): all of it is that of visibility alone",
-    );
+    // Equally well is not worse: less noise is no fault.
+    let verdict = Verdict::Refuted.unless(ratios.iter().all(|[_, most]| *most <= EQUALLY));
+    page.claim("glossy materials are handled", verdict, &[&each.collect::<Vec<_>>().join("; ")]);
     Ok(())
 }
 

@@ -51,16 +51,10 @@ pub fn write(page: &mut Paper, brdfs: &[Brdf]) -> Result<()> {
     let measured = &rows[1..];
     let lower = measured.iter().filter(|row| row.whole(0) < row.whole(1)).count();
     let ratio = |row: &Row| row.whole(0) / row.whole(1);
-    page.claims.add(
-        "reparameterisation about the mirror direction makes tables compact | \"combined with reparameterization, allows us to store general BRDFs in around 300 kB\"",
-        format!(
-            "at the same size the error of a table is lower for {lower} of {} materials; that of a lobe alone (Phong 50) is {:.1} times that about the normal",
-            measured.len(),
-            ratio(&rows[0])
-        ),
+    page.claim(
+        "reparameterisation about the mirror",
         Verdict::Untested.unless(2 * lower > measured.len()),
-        "the paper compares nothing; here the BRDF is continued below the horizon by its image, which moves about the mirror direction, and \
-         grazing views have the largest values",
+        &[&lower, &measured.len(), &ratio(&rows[0])],
     );
     Ok(())
 }

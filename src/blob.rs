@@ -68,7 +68,11 @@ impl Part {
     /// The array in the bytes of its object; empty if it does not fit or is misaligned.
     #[inline(always)]
     pub fn of<T: Pod>(self, bytes: &[u8]) -> &[T] {
-        Blob::new(bytes).part(self.offset as u64, self.count as u64)
+        if !holds::<T>(bytes.as_ptr(), bytes.len(), self) {
+            return &[];
+        }
+        // SAFETY: inside the bytes and aligned; any bits are a `T`, and the bytes are borrowed for as long.
+        unsafe { slice::from_raw_parts(bytes.as_ptr().add(self.offset).cast(), self.count) }
     }
 
     /// The same, to write.
@@ -132,44 +136,6 @@ impl Layout {
 const fn aligned(end: u64, alignment: u64) -> u64 {
     let below = alignment.wrapping_sub(1);
     end.saturating_add(below) & !below
-}
-
-/// Bytes of which arrays are cut.
-#[derive(Clone, Copy, Debug)]
-pub struct Blob<'a> {
-    bytes: &'a [u8],
-    checks: bool,
-}
-
-impl<'a> Blob<'a> {
-    /// What is cut from these bytes.
-    #[inline(always)]
-    pub fn new(bytes: &'a [u8]) -> Blob<'a> {
-        Blob { bytes, checks: true }
-    }
-
-    /// As [`Blob::new`], of bytes whose parts need no check: a sampler cuts the tables of each light that it had not read last.
-    ///
-    /// # Safety
-    /// All parts that are cut from it lie in the bytes and are aligned.
-    #[inline(always)]
-    pub unsafe fn trusted(bytes: &'a [u8]) -> Blob<'a> {
-        Blob { bytes, checks: false }
-    }
-
-    /// `count` elements from byte `start` on; empty if they do not fit or are misaligned.
-    #[inline(always)]
-    pub fn part<T: Pod>(&self, start: u64, count: u64) -> &'a [T] {
-        const { assert!(size_of::<T>() > 0 && size_of::<usize>() <= size_of::<u64>()) };
-        let length = self.bytes.len() as u64;
-        let at = self.bytes.as_ptr().wrapping_add(start as usize);
-        let fits = || start <= length && count <= (length - start) / size_of::<T>() as u64;
-        if self.checks && (!fits() || at.addr() % align_of::<T>() != 0) {
-            return &[];
-        }
-        // SAFETY: inside the bytes and aligned, as checked or by the word of `trusted`; any bits are a `T`, and the bytes are borrowed for as long.
-        unsafe { slice::from_raw_parts(at.cast::<T>(), count as usize) }
-    }
 }
 
 /// A table of at least a [`WINDOW`], which is read a window at a time, without a branch. What is read beyond its last window is read

@@ -9,8 +9,6 @@ pub use shared::*;
 
 use super::memory::{handle, stored_or};
 use super::{Checked, Diagnostic, MemorySize, answer, frame, out, put, put_size, sized};
-#[cfg(feature = "products")]
-use crate::blob::Blob;
 use crate::light::environment::{Environment, Header};
 #[cfg(feature = "products")]
 use crate::light::tables::Light;
@@ -41,40 +39,30 @@ pub(super) unsafe fn environment<'a>(pointer: *const EnvironmentObject, argument
     Environment::view(bytes).ok_or(Error::new(Status::Mismatch, argument))
 }
 
-/// The exact tables of the environment that a sampler read last, with its address and its content id; the address is 0 if there are none.
+/// The exact tables of the environment that a sampler read last, with its bytes and its content id; the bytes are null if there are none.
 #[cfg(feature = "products")]
 #[repr(C)]
 pub(super) struct Tables {
-    address: usize,
+    bytes: *const [u8],
     content_id: u64,
     light: MaybeUninit<Light<'static>>,
 }
 
 /// The exact tables of an environment. Cutting them takes a tenth of a call for one direction, so a sampler keeps them: what has the same
-/// address and content id has the same parts.
+/// bytes and content id has the same parts. What only shares the content id on purpose has them inside its bytes.
 ///
 /// # Safety
-/// This version built or opened the environment, which lives for as long as the result is used.
+/// The environment lives for as long as the result is used.
 #[cfg(feature = "products")]
 #[inline(always)]
 pub(super) unsafe fn tables<'a>(kept: &'a mut Tables, environment: &Environment<'static>) -> &'a Light<'a> {
-    let (address, id) = (environment.as_bytes().as_ptr().addr(), environment.header().content_id);
-    if kept.address != address || kept.content_id != id {
-        // SAFETY: the caller's contract.
-        unsafe { cut(environment, &mut kept.light) };
-        (kept.address, kept.content_id) = (address, id);
+    let (bytes, id) = (core::ptr::from_ref(environment.as_bytes()), environment.header().content_id);
+    if !core::ptr::eq(kept.bytes, bytes) || kept.content_id != id {
+        kept.light.write(environment.tables());
+        (kept.bytes, kept.content_id) = (bytes, id);
     }
-    // SAFETY: it was written with the address, which is that of an object.
+    // SAFETY: it was written with the bytes, which are those of an object.
     unsafe { kept.light.assume_init_ref() }
-}
-
-/// # Safety
-/// As [`tables`].
-#[cfg(feature = "products")]
-#[cold]
-unsafe fn cut(environment: &Environment<'static>, light: &mut MaybeUninit<Light<'static>>) {
-    // SAFETY: the parts of what was built or opened lie in its bytes, which are aligned as all objects are.
-    light.write(environment.tables_of(unsafe { Blob::trusted(environment.as_bytes()) }));
 }
 
 /// As [`environment`]; it has the exact tables.

@@ -10,7 +10,7 @@ use super::radiance::{Radiance, Source};
 use super::strata::{self, StandIn};
 use super::tables::{Block, Cell, Light};
 pub use crate::blob::Size;
-use crate::blob::{self, Blob, Magic, Part, Table};
+use crate::blob::{self, Magic, Part, Table};
 use crate::numeric::ContentHash;
 use crate::simd::WINDOW;
 use crate::sphere::Frame;
@@ -312,28 +312,22 @@ impl<'a> Environment<'a> {
     /// The tables alone: what samples and densities need.
     #[inline(never)]
     pub fn tables(&self) -> Light<'a> {
-        self.tables_of(Blob::new(self.bytes))
-    }
-
-    /// As [`Environment::tables`], cut from a blob of its bytes.
-    #[inline(always)]
-    pub fn tables_of(&self, blob: Blob<'a>) -> Light<'a> {
         let (h, s) = (self.header, &self.header.sections);
         let behind = |count: u64| count.wrapping_add(WINDOW as u64);
         Light {
             exact: h.budget == 0.0,
             power: h.power,
             grid: h.grid,
-            cells: blob.part(s.cells, h.cells()),
-            tops: Table::new(blob.part(s.tops, behind(tops(h.grid) as u64)), &[0.0; WINDOW]),
+            cells: self.part(s.cells, h.cells()),
+            tops: Table::new(self.part(s.tops, behind(tops(h.grid) as u64)), &[0.0; WINDOW]),
             cell_of: [
-                blob.part(s.cell_of[0], s.cell_of[1].wrapping_sub(s.cell_of[0])),
-                blob.part(s.cell_of[1], s.cells.wrapping_sub(s.cell_of[1])),
+                self.part(s.cell_of[0], s.cell_of[1].wrapping_sub(s.cell_of[0])),
+                self.part(s.cell_of[1], s.cells.wrapping_sub(s.cell_of[1])),
             ],
             side: h.side,
-            starts: Table::new(blob.part(s.starts, behind(h.lengths.starts)), &[0.0; WINDOW]),
-            blocks: blob.part(s.blocks, h.lengths.blocks),
-            words: Table::new(blob.part(s.words, behind(h.lengths.words)), &[0; WINDOW]),
+            starts: Table::new(self.part(s.starts, behind(h.lengths.starts)), &[0.0; WINDOW]),
+            blocks: self.part(s.blocks, h.lengths.blocks),
+            words: Table::new(self.part(s.words, behind(h.lengths.words)), &[0; WINDOW]),
             ..Light::of_map(h.chart(), h.is_bilinear(), h.stand_in.tile_side, &[], &[])
         }
     }

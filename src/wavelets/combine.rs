@@ -11,8 +11,8 @@ use crate::blob::Size;
 use crate::numeric::{exp2i, exponent};
 use crate::status::{Error, Status};
 use crate::wavelets::stored::{AXES, AnyTree, Built, Facts, Header, Parts, SCRATCH, Stored, mean_of, of_any, store};
-use crate::wavelets::tree::{Link, MAX_DEPTH, NO_SQUARE, Tree};
-use bytemuck::{Pod, Zeroable, try_cast_slice_mut};
+use crate::wavelets::tree::{Link, MAX_DEPTH, Spot, Tree};
+use bytemuck::try_cast_slice_mut;
 use core::array::from_fn;
 
 /// The most factors of a product.
@@ -33,26 +33,19 @@ enum Rule {
 /// rounding of `f64` sums. One visit of each square that both trees keep, children before parents.
 pub fn integral<const C: usize, const M: usize>(e: &Tree<C>, f: &Tree<M>) -> f64 {
     const { assert!(M <= C && M.is_power_of_two() && C.is_power_of_two(), "F has at most the axes of E") };
-    integral_on(e, f, [e.root_square(), f.root_square()], [e.average(), f.average()], 0)
+    integral_on(e, f, e.root(), f.root(), 0)
 }
 
-/// The same on a square of this level, where the trees have these squares and averages.
-fn integral_on<const C: usize, const M: usize>(
-    e: &Tree<C>,
-    f: &Tree<M>,
-    squares: [Option<u32>; 2],
-    [a, b]: [f32; 2],
-    level: u32,
-) -> f64 {
+/// The same on a square of this level, where the trees are at these spots.
+fn integral_on<const C: usize, const M: usize>(e: &Tree<C>, f: &Tree<M>, a: Spot, b: Spot, level: u32) -> f64 {
     // Where one tree ends it is constant, and the average of the other decides.
-    let ([Some(on_e), Some(on_f)], false) = (squares, level == MAX_DEPTH) else { return f64::from(a) * f64::from(b) };
-    let (of_e, of_f) = (e.children(on_e), f.children(on_f));
-    let below = (0..C as u32).map(|c| {
-        // The bits of the first axes are the most significant ones.
-        let fc = c >> (C / M).trailing_zeros();
-        let averages = [of_e[c as usize & (C - 1)], of_f[fc as usize & (M - 1)]];
-        integral_on(e, f, [e.child_square(on_e, c), f.child_square(on_f, fc)], averages, level + 1)
-    });
+    if !a.varies() || !b.varies() || level == MAX_DEPTH {
+        return f64::from(a.average) * f64::from(b.average);
+    }
+    let (of_e, of_f) = (e.all_below(a), f.all_below(b));
+    // The bits of the first axes are the most significant ones.
+    let on_f = |c: usize| of_f[c >> (C / M).trailing_zeros() & (M - 1)];
+    let below = of_e.into_iter().enumerate().map(|(c, on_e)| integral_on(e, f, on_e, on_f(c), level + 1));
     below.sum::<f64>() / C as f64
 }
 
@@ -87,26 +80,9 @@ impl AnyTree<'_> {
     }
 
     fn root(&self) -> Spot {
-        of_any!(self, tree => Spot { square: tree.root_square().unwrap_or(NO_SQUARE), average: tree.average() })
+        of_any!(self, tree => tree.root())
     }
 }
-
-/// A tree's average on a square, and its own square there if it varies.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct Spot {
-    /// Or [`NO_SQUARE`].
-    square: u32,
-    average: f32,
-}
-
-impl Spot {
-    fn varies(&self) -> bool {
-        self.square != NO_SQUARE
-    }
-}
-
-const NOWHERE: Spot = Spot { square: NO_SQUARE, average: 0.0 };
 
 /// What a tree of as many axes or fewer has on the children of a square of the result: averages, and bit c where child c varies.
 struct Below<const C: usize> {
@@ -125,17 +101,6 @@ impl<const C: usize> Below<C> {
         let mask = tree.link(spot.square).mask;
         let varies = if M == C { mask } else { (0..C as u32).fold(0, |all, c| all | (mask >> own(c) & 1) << c) };
         Below { averages, varies }
-    }
-}
-
-/// A tree's own child of a spot.
-fn child<const M: usize>(tree: &Tree<M>, spot: Spot, own: u32) -> Spot {
-    match tree.squares().get(spot.square as usize) {
-        Some(averages) => Spot {
-            square: tree.child_square(spot.square, own).unwrap_or(NO_SQUARE),
-            average: averages[own as usize & (M - 1)],
-        },
-        None => spot,
     }
 }
 
@@ -210,13 +175,13 @@ impl Trees<'_> {
         let axes = self.axes();
         for ((to, &spot), Stored { tree, .. }) in below.iter_mut().zip(place).zip(self.trees) {
             let own = c >> axes.saturating_sub(tree.axes());
-            *to = of_any!(tree, tree => child(tree, spot, own));
+            *to = of_any!(tree, tree => tree.below(spot, own));
         }
     }
 
     /// The place of the root, its value, and whether it varies.
     fn root(&self) -> ([Spot; WIS_MAX_BLEND], f64, bool) {
-        let (mut place, mut value, mut varies) = ([NOWHERE; WIS_MAX_BLEND], self.start(), false);
+        let (mut place, mut value, mut varies) = ([Spot::NOWHERE; WIS_MAX_BLEND], self.start(), false);
         for (k, (to, stored)) in place.iter_mut().zip(self.trees).enumerate() {
             *to = stored.tree.root();
             value = self.with(value, self.weight(k) * f64::from(to.average));
@@ -242,7 +207,7 @@ impl Trees<'_> {
         }
         let (_, varies) = self.children::<C>(place);
         let below = (0..C as u32).filter(|c| varies >> c & 1 == 1).map(|c| {
-            let mut child = [NOWHERE; WIS_MAX_BLEND];
+            let mut child = [Spot::NOWHERE; WIS_MAX_BLEND];
             self.descend(place, c, &mut child);
             self.squares_from::<C>(&child, level + 1)
         });

@@ -38,6 +38,27 @@ impl Link {
     }
 }
 
+/// A tree's average on a square, and its own square there if it varies.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct Spot {
+    /// Or [`NO_SQUARE`].
+    pub square: u32,
+    /// The average.
+    pub average: f32,
+}
+
+impl Spot {
+    /// No square of any tree.
+    pub const NOWHERE: Spot = Spot { square: NO_SQUARE, average: 0.0 };
+
+    /// Whether the tree has a square there.
+    #[inline]
+    pub fn varies(&self) -> bool {
+        self.square != NO_SQUARE
+    }
+}
+
 /// A function on the unit cube of n axes: averages over nested squares with `C = 2^n` children each.
 ///
 /// Child `c = (b1 .. bn)` in binary, axis 1 most significant, bit 0 = lower half. A child without a square is
@@ -238,6 +259,33 @@ impl<'a, const C: usize> Tree<'a, C> {
     #[inline]
     pub fn root_square(&self) -> Option<u32> {
         if self.squares.is_empty() { None } else { Some(0) }
+    }
+
+    /// The unit cube.
+    #[inline]
+    pub fn root(&self) -> Spot {
+        Spot { square: self.root_square().unwrap_or(NO_SQUARE), average: self.average }
+    }
+
+    /// Child `c` of a spot: where the tree is constant, the spot itself.
+    #[inline]
+    pub fn below(&self, spot: Spot, c: u32) -> Spot {
+        match self.squares.get(spot.square as usize) {
+            Some(averages) => Spot {
+                square: self.child_square(spot.square, c).unwrap_or(NO_SQUARE),
+                average: averages[c as usize & (C - 1)],
+            },
+            None => spot,
+        }
+    }
+
+    /// All children of a spot.
+    #[inline(never)]
+    pub fn all_below(&self, spot: Spot) -> [Spot; C] {
+        let Some(averages) = self.squares.get(spot.square as usize) else { return [spot; C] };
+        let (link, last) = (self.link(spot.square), self.squares.len() as u32);
+        let square = |c: usize| link.child(c as u32).filter(|&child| child < last).unwrap_or(NO_SQUARE);
+        core::array::from_fn(|c| Spot { square: square(c), average: averages[c] })
     }
 
     /// The averages of the children of a square; 0 for a square that does not exist.

@@ -11,7 +11,7 @@ use crate::numeric::{inverse_power, is_float};
 use crate::status::{Result, Status};
 use crate::wavelets::combine::WIS_MAX_BLEND;
 use crate::wavelets::morton::MAX_DEPTH;
-use crate::wavelets::tree::Tree;
+use crate::wavelets::tree::{Spot, Tree};
 use core::ops::{Add, Mul};
 
 /// The wavelets of a square that an approximation keeps. Approximations are lists of these, depth first: by position,
@@ -97,44 +97,29 @@ fn area(level: u32) -> f64 {
     f64::from(inverse_power(2 * level))
 }
 
-/// A square during a walk through three trees: where each tree has one, and the averages.
-#[derive(Clone, Copy, Default)]
+/// A square during a walk through three trees.
+#[derive(Clone, Copy)]
 struct Visit {
-    squares: [Option<u32>; 3],
-    averages: [f64; 3],
+    spots: [Spot; 3],
     level: u32,
 }
 
 impl Visit {
-    fn root(trees: [&Tree<4>; 3]) -> Visit {
-        let averages = trees.map(|tree| f64::from(tree.average()));
-        Visit { squares: trees.map(|tree| tree.root_square()), averages, level: 0 }
-    }
-
-    fn child(&self, trees: [&Tree<4>; 3], c: u32) -> Visit {
-        let mut child = Visit { level: self.level + 1, ..*self };
-        for (tree, (square, average)) in trees.iter().zip(child.squares.iter_mut().zip(&mut child.averages)) {
-            if let Some(here) = *square {
-                *average = f64::from(tree.children(here)[c as usize & 3]);
-                *square = tree.child_square(here, c);
-            }
-        }
-        child
-    }
-
     /// Whether wavelets of two functions may meet here or below.
     fn is_shared(&self) -> bool {
-        self.level < MAX_DEPTH && self.squares.iter().flatten().count() >= 2
+        self.level < MAX_DEPTH && self.spots.iter().filter(|spot| spot.varies()).count() >= 2
     }
 
     /// Adds the integral over this square, on which no two functions vary.
     fn add(&self, sum: &mut f64) {
-        *sum += area(self.level) * (self.averages[0] * self.averages[1] * self.averages[2]);
+        let [a, b, c] = self.spots.map(|spot| f64::from(spot.average));
+        *sum += area(self.level) * (a * b * c);
     }
 
     /// Adds the integral over this square. Recursion ends at the finest level.
     fn add_below(&self, trees: [&Tree<4>; 3], sum: &mut f64) {
-        let children = [0, 1, 2, 3].map(|c| self.child(trees, c));
+        let [p, l, v] = [0, 1, 2].map(|k: usize| trees[k].all_below(self.spots[k]));
+        let children = [0, 1, 2, 3].map(|c: usize| Visit { spots: [p[c], l[c], v[c]], level: self.level + 1 });
         children.iter().rev().filter(|child| !child.is_shared()).for_each(|child| child.add(sum));
         children.iter().filter(|child| child.is_shared()).for_each(|child| child.add_below(trees, sum));
     }
@@ -145,7 +130,7 @@ impl Visit {
 /// stored averages, 3 2^-24 at most.
 pub fn integral(trees: [&Tree<4>; 3]) -> f64 {
     let mut sum = 0.0;
-    match Visit::root(trees) {
+    match (Visit { spots: trees.map(Tree::root), level: 0 }) {
         root if root.is_shared() => root.add_below(trees, &mut sum),
         root => root.add(&mut sum),
     }
@@ -159,74 +144,61 @@ fn averages(square: Square) -> [f64; 4] {
     [0, 1, 2, 3].map(value)
 }
 
-/// Averages over nested squares, as the sublinear algorithm asks for them.
+/// Averages over nested squares, as the sublinear algorithm asks for them. Of two kinds, whose code is the same.
 pub trait Quadtree {
-    /// The average over the whole square.
-    fn average(&self) -> f32;
-    /// The square itself; `None` if the function is constant.
-    fn root_square(&self) -> Option<u32>;
+    /// The whole square.
+    fn root(&self) -> Spot;
+    /// Child `c` of a spot.
+    fn below(&self, spot: Spot, c: u32) -> Spot;
     /// The averages of the children of a square.
     fn children(&self, square: u32) -> [f32; 4];
-    /// The square of a child; `None` if the function is constant there.
-    fn child_square(&self, square: u32, c: u32) -> Option<u32>;
 }
 
 impl Quadtree for Tree<'_, 4> {
-    #[inline(always)]
-    fn average(&self) -> f32 {
-        Tree::average(self)
+    fn root(&self) -> Spot {
+        Tree::root(self)
     }
 
-    #[inline(always)]
-    fn root_square(&self) -> Option<u32> {
-        Tree::root_square(self)
+    fn below(&self, spot: Spot, c: u32) -> Spot {
+        Tree::below(self, spot, c)
     }
 
-    #[inline(always)]
     fn children(&self, square: u32) -> [f32; 4] {
         Tree::children(self, square)
-    }
-
-    #[inline(always)]
-    fn child_square(&self, square: u32, c: u32) -> Option<u32> {
-        Tree::child_square(self, square, c)
     }
 }
 
 /// Looks up a function on squares that come in depth-first order: the way down to the last one is kept, and only what
 /// differs is walked again.
-struct Cursor<'a, Q> {
-    tree: &'a Q,
-    /// The square of the tree at each level of the way, and the average on the cell of that level.
-    way: [(Option<u32>, f64); MAX_DEPTH as usize + 1],
+struct Cursor<'a> {
+    tree: &'a dyn Quadtree,
+    /// The spot at each level of the way.
+    way: [Spot; MAX_DEPTH as usize + 1],
     last: Wavelets,
 }
 
-impl<'a, Q: Quadtree> Cursor<'a, Q> {
-    fn new(tree: &'a Q) -> Self {
-        let root = (tree.root_square(), f64::from(tree.average()));
-        Cursor { tree, way: [root; MAX_DEPTH as usize + 1], last: Wavelets::default() }
+impl<'a> Cursor<'a> {
+    fn new(tree: &'a dyn Quadtree) -> Self {
+        Cursor { tree, way: [tree.root(); MAX_DEPTH as usize + 1], last: Wavelets::default() }
     }
 
     fn look_up(&mut self, wavelets: &Wavelets) -> Square {
         let differing = u32::BITS - (wavelets.position ^ self.last.position).leading_zeros();
         let common = (MAX_DEPTH - differing.div_ceil(2).min(MAX_DEPTH)).min(self.last.level).min(wavelets.level);
-        let (mut square, mut average) = self.way.get(common as usize).copied().unwrap_or_default();
+        let mut spot = self.way.get(common as usize).copied().unwrap_or(Spot::NOWHERE);
         for level in common..wavelets.level {
-            if let Some(here) = square {
-                let c = wavelets.position >> shift(level + 1) & 3;
-                average = f64::from(self.tree.children(here)[c as usize & 3]);
-                square = self.tree.child_square(here, c);
+            if spot.varies() {
+                spot = self.tree.below(spot, wavelets.position >> shift(level + 1) & 3);
             }
             if let Some(slot) = self.way.get_mut(level as usize + 1) {
-                *slot = (square, average);
+                *slot = spot;
             }
         }
         self.last = *wavelets;
-        match square {
-            Some(here) => analyse(self.tree.children(here).map(f64::from)),
-            None => [average, 0.0, 0.0, 0.0],
+        if spot.varies() {
+            return analyse(self.tree.children(spot.square).map(f64::from));
         }
+        [spot.average.into(), 0.0, 0.0, 0.0]
     }
 }
 
@@ -244,14 +216,14 @@ pub struct Scaled<'a> {
 /// that are kept. Exact if nothing was dropped. Costs a few steps down the trees for each square that is kept.
 ///
 /// Both lists in order ([`is_ordered`]); `average` is that of the BRDF over the square.
-pub fn sublinear<V: Quadtree>(
+pub fn sublinear(
     average: f64,
     brdf: &[Wavelets],
     kept_light: Scaled,
-    light: &Tree<4>,
-    visible: &V,
+    light: &dyn Quadtree,
+    visible: &dyn Quadtree,
 ) -> f64 {
-    let mut sum = average * f64::from(light.average()) * f64::from(visible.average());
+    let mut sum = average * f64::from(light.root().average) * f64::from(visible.root().average);
     let (mut of_light, mut of_visible) = (Cursor::new(light), Cursor::new(visible));
     for wavelets in brdf {
         let v = of_visible.look_up(wavelets);

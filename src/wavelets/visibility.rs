@@ -6,7 +6,7 @@
 use crate::blob::{Magic, Part, Size, has_checksum, header, write_checksum, write_header};
 use crate::numeric::inverse_power;
 use crate::status::{Result, Status};
-use crate::wavelets::tree::{MAX_DEPTH, Tree, is_tree};
+use crate::wavelets::tree::{MAX_DEPTH, NO_SQUARE, Spot, Tree, is_tree};
 use crate::wavelets::triple::Quadtree;
 use bytemuck::{Pod, Zeroable, try_cast_slice_mut};
 
@@ -145,26 +145,26 @@ impl<'a> Visibility<'a> {
     /// The integral over the unit square of a tree that is seen through this map: a double product. One visit of each square
     /// that the map keeps, and exact where visibility is 0 or 1, since only squares on which it is constant add to the sum.
     pub fn product_integral(&self, tree: &Tree<4>) -> f64 {
-        let (average, mut sum) = (tree.average(), 0.0);
-        let Some(seen) = self.root_square() else { return f64::from(average) * f64::from(self.average) };
-        self.add_product(tree, [Some(seen), tree.root_square()], average, 1, &mut sum);
+        let (seen, mut sum) = (self.root(), 0.0);
+        if !seen.varies() {
+            return f64::from(tree.average()) * f64::from(self.average);
+        }
+        self.add_product(tree, seen, tree.root(), 1, &mut sum);
         sum * (1.0 / 255.0)
     }
 
-    /// Adds 255 times the integral over a square of the map, where the tree has this square and average; `level` is that of the children.
-    fn add_product(&self, tree: &Tree<4>, [seen, square]: [Option<u32>; 2], average: f32, level: u32, sum: &mut f64) {
-        let Some(node) = seen.map(|seen| self.node(seen)) else { return };
-        let values = square.map_or([average; 4], |square| tree.children(square));
+    /// Adds 255 times the integral over a square of the map, where the tree is at this spot; `level` is that of the children.
+    fn add_product(&self, tree: &Tree<4>, seen: Spot, spot: Spot, level: u32, sum: &mut f64) {
+        let node = self.node(seen.square);
+        let of_tree = tree.all_below(spot);
         let mask = if level < MAX_DEPTH { node.mask() } else { 0 };
         let mut ended = 0.0;
-        for (c, (value, share)) in values.into_iter().zip(node.average).enumerate() {
-            ended += if mask >> c & 1 == 0 { f64::from(value) * f64::from(share) } else { 0.0 };
+        for (c, (spot, share)) in of_tree.iter().zip(node.average).enumerate() {
+            ended += if mask >> c & 1 == 0 { f64::from(spot.average) * f64::from(share) } else { 0.0 };
         }
         *sum += ended * f64::from(inverse_power(2 * level));
-        for (c, value) in (0..4).zip(values).filter(|(c, _)| mask >> c & 1 == 1) {
-            let below =
-                [self.child_square(seen.unwrap_or(0), c), square.and_then(|square| tree.child_square(square, c))];
-            self.add_product(tree, below, value, level + 1, sum);
+        for (c, spot) in (0..4).zip(of_tree).filter(|(c, _)| mask >> c & 1 == 1) {
+            self.add_product(tree, self.below(seen, c), spot, level + 1, sum);
         }
     }
 
@@ -174,26 +174,19 @@ impl<'a> Visibility<'a> {
 }
 
 impl Quadtree for Visibility<'_> {
-    #[inline(always)]
-    fn average(&self) -> f32 {
-        self.average
+    fn root(&self) -> Spot {
+        Spot { square: if self.nodes.is_empty() { NO_SQUARE } else { 0 }, average: self.average }
     }
 
-    #[inline(always)]
-    fn root_square(&self) -> Option<u32> {
-        if self.nodes.is_empty() { None } else { Some(0) }
+    fn below(&self, spot: Spot, c: u32) -> Spot {
+        let node = self.node(spot.square);
+        let bit = 1 << (c & 3);
+        let child = node.first().wrapping_add((node.mask() & (bit - 1)).count_ones());
+        let average = self.children(spot.square)[c as usize & 3];
+        Spot { square: if node.mask() & bit == 0 { NO_SQUARE } else { child }, average }
     }
 
-    #[inline(always)]
     fn children(&self, square: u32) -> [f32; 4] {
         self.node(square).average.map(|share| f32::from(share) * (1.0 / 255.0))
-    }
-
-    #[inline(always)]
-    fn child_square(&self, square: u32, c: u32) -> Option<u32> {
-        let node = self.node(square);
-        let bit = 1 << (c & 3);
-        let before = (node.mask() & (bit - 1)).count_ones();
-        if node.mask() & bit == 0 { None } else { Some(node.first().wrapping_add(before)) }
     }
 }

@@ -194,10 +194,10 @@ pub unsafe extern "C" fn wis_triple_sublinear(
 ///
 /// # Safety
 /// As wis_triple_sublinear.
-pub(super) unsafe fn sublinear<V: Quadtree>(
+pub(super) unsafe fn sublinear(
     (brdf_average, brdf, kept): (f64, (*const Wavelets, u32), (*const Wavelets, u32)),
     light: *const Tree,
-    (visible, visible_exponent): (&V, i32),
+    (visible, visible_exponent): (&dyn Quadtree, i32),
     integral: *mut f64,
 ) -> Checked<()> {
     require(brdf_average.is_finite(), Status::InvalidArgument, 1)?;

@@ -1,5 +1,6 @@
 #!/bin/sh
-# Builds the library of version 0.2 from the history into build/0.2, once: the report and the goals measure it beside the current one.
+# Builds the library of version 0.2 from the history into build/0.2, once: the report and the goals measure it beside the current one, and
+# the products of 0.1 that it still had.
 # Where the history is not there, as in a shallow clone, they leave it out.
 set -eu
 cd "$(dirname "$0")/.."
@@ -14,5 +15,5 @@ fi
 rm -rf "$out"
 mkdir -p "$out/source"
 git archive "$commit" | tar -x -C "$out/source"
-env -u CARGO_TARGET_DIR -u RUSTFLAGS make --no-print-directory -C "$out/source" lib FEATURES= BUILD="$out" > "$out/log" 2>&1 || { cat "$out/log" >&2; exit 1; }
+env -u CARGO_TARGET_DIR -u RUSTFLAGS make --no-print-directory -C "$out/source" lib BUILD="$out" > "$out/log" 2>&1 || { cat "$out/log" >&2; exit 1; }
 rm -rf "$out/source"

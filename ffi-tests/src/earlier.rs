@@ -3,6 +3,7 @@
 
 use crate::client::raw;
 use crate::environment::{Direct, Version};
+use anyhow::Context;
 use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
 use std::ptr::null;
 use std::sync::OnceLock;
@@ -34,6 +35,7 @@ type Own = unsafe extern "C" fn(
 ) -> raw::wis_status;
 
 static DIRECT: OnceLock<Own> = OnceLock::new();
+static LIBRARY: OnceLock<Library> = OnceLock::new();
 
 /// Its wis_direct without such numbers.
 ///
@@ -52,6 +54,19 @@ unsafe extern "C" fn direct(
     unsafe { own(sampler, environment, point, rays, null(), ray, count) }
 }
 
+/// Another of its functions.
+///
+/// # Safety
+/// The function has this type.
+///
+/// # Errors
+/// It is not there.
+pub unsafe fn function<T: Copy>(name: &str) -> anyhow::Result<T> {
+    let library = version().and_then(|_| LIBRARY.get()).context("version 0.2 is not there")?;
+    // SAFETY: the caller's contract; nothing unloads the library.
+    Ok(unsafe { *library.get(name.as_bytes())? })
+}
+
 /// The version, if it is there.
 ///
 /// # Panics
@@ -68,7 +83,7 @@ pub fn version() -> Option<&'static Version> {
             DIRECT.get_or_init(|| *library.get(b"wis_direct").expect("wis_direct"));
             Version::load(&library, POINT, direct as Direct).expect("its functions")
         };
-        std::mem::forget(library);
+        LIBRARY.get_or_init(|| library);
         Some(version)
     };
     LOADED.get_or_init(load).as_ref()

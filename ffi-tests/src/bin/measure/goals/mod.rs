@@ -3,6 +3,7 @@
 //! Times with each of `CACHES`; variances at equal numbers of candidates, in the open and with blockers; variances over the hits of a
 //! pixel (rule 39). A ratio is that of 0.2 over the current one: above 1 the current one is ahead.
 
+mod before;
 mod both;
 mod times;
 mod variance;
@@ -41,7 +42,9 @@ pub fn run(file: &Path, quick: bool) -> Result<()> {
          bootstrap interval of 95 %."
             .into(),
     )];
-    short.extend(times::parts(&lights[lights.len() / 4], if quick { 6 } else { 60 })?);
+    let (timed, rounds) = (&lights[lights.len() / 4], if quick { 6 } else { 60 });
+    short.extend(times::parts(timed, rounds)?);
+    short.extend(before::parts(&lights, timed, rounds, quick)?);
     short.extend(variance::parts(&lights, quick, &file.with_extension("tsv"))?);
     Page::measured("Goals of version 0.3 beside version 0.2", short, "goals")?.write(file)
 }

@@ -7,6 +7,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 use wis_ffi_tests::caches::{CACHES, COLD, RENDERER, SLOWER, WARM};
 use wis_ffi_tests::client::{self, Block, Density, raw};
+use wis_ffi_tests::earlier;
 use wis_ffi_tests::environment::{self, Light};
 use wis_ffi_tests::page::{Part, Table};
 use wis_ffi_tests::points;
@@ -23,23 +24,21 @@ const CALLS: [(&str, &str, usize, usize); 6] = [
     ("direct, GGX 0.2, 16 rays", "GGX 0.2", 16, 0),
 ];
 /// Points that calls walk over.
-const POINTS: usize = 64;
+pub const POINTS: usize = 64;
 /// Samples of a product in a batch.
-const BATCH: usize = 64;
+pub const BATCH: usize = 64;
 /// A call that took so many times the median was interrupted by another program.
 const INTERRUPTED: f64 = 4.0;
 
 /// Of 0.2 and of the current one.
-type Times = [[Vec<f64>; CACHES.len()]; 2];
+pub type Times = [[Vec<f64>; CACHES.len()]; 2];
 
 /// The table and its heading.
 ///
 /// # Errors
 /// Those of the library.
 pub fn parts(lit: &Lit, rounds: usize) -> Result<Vec<Part>> {
-    let heads =
-        CACHES.iter().flat_map(|caches| [format!("0.2, {caches}"), caches.to_string(), format!("ratio, {caches}")]);
-    let mut table = Table::new(["ns"], heads);
+    let mut table = table(earlier::NAME);
     let mut slower = Vec::new();
     for (name, material, rays, candidates) in CALLS {
         let times = direct(lit, material, (rays, candidates), rounds)?;
@@ -68,7 +67,14 @@ pub fn parts(lit: &Lit, rounds: usize) -> Result<Vec<Part>> {
     Ok(vec![Part::Heading("Times".into()), Part::Text(text), Part::Table(table)])
 }
 
-fn row(table: &mut Table, name: &str, items: usize, [old, new]: &Times) {
+/// Without rows.
+pub fn table(old: &str) -> Table {
+    let heads =
+        CACHES.iter().flat_map(|caches| [format!("{old}, {caches}"), caches.to_string(), format!("ratio, {caches}")]);
+    Table::new(["ns"], heads)
+}
+
+pub fn row(table: &mut Table, name: &str, items: usize, [old, new]: &Times) {
     let cells = old.iter().zip(new).flat_map(|(old, new)| {
         let kept = |all: &[f64]| -> Vec<f64> {
             let most = INTERRUPTED * median(all);
@@ -115,17 +121,25 @@ fn product(lit: &Lit, batch: usize, rounds: usize) -> Result<[Times; 2]> {
     let [first, second] = &mut blocks;
     let old = Light::product(&lit.each[0], &samplers[0], &points[0], first)?;
     let new = Light::product(&lit.each[1], &samplers[1], &points[1], second)?;
+    calls([&old, &new], batch, rounds)
+}
+
+/// Samples and pdfs of two densities of one BRDF.
+///
+/// # Errors
+/// Those of the library.
+pub fn calls(both: [&dyn Density; 2], batch: usize, rounds: usize) -> Result<[Times; 2]> {
     let u = points::of(3, POINTS * BATCH);
     let mut drawn = vec![raw::wis_drawn::default(); u.len()];
-    old.sample_n(&u, &mut drawn)?;
+    both[0].sample_n(&u, &mut drawn)?;
     let wi: Vec<_> = drawn.iter().map(|drawn| drawn.wi).collect();
     let at = |i: usize| i * BATCH % u.len()..i * BATCH % u.len() + batch;
     let (u, wi, at) = (&u, &wi, &at);
-    let sample = [&old, &new].map(|product| {
+    let sample = both.map(|product| {
         let mut drawn = [raw::wis_drawn::default(); BATCH];
         move |i| product.sample_n(&u[at(i)], &mut drawn[..batch])
     });
-    let pdf = [&old, &new].map(|product| {
+    let pdf = both.map(|product| {
         let mut pdf = [0.0; BATCH];
         move |i| product.pdf_n(&wi[at(i)], &mut pdf[..batch])
     });

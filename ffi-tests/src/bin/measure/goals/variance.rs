@@ -19,7 +19,7 @@ const HITS: [usize; 5] = [1, 4, 16, 64, 256];
 /// Candidates of one ray: 8 + 8 and 16 + 16.
 const CANDIDATES: [usize; 2] = [16, 32];
 const METRICS: [&str; 2] = ["absolute", "relative"];
-const VIEWS: [&str; 2] = ["open", "six spheres"];
+pub const VIEWS: [&str; 2] = ["open", "six spheres"];
 /// Seeds whose variance is one repeat of the bootstrap.
 const GROUP: usize = 16;
 
@@ -30,7 +30,10 @@ pub fn lobes(material: &str) -> Vec<Lobe> {
         "Lambert" => vec![Lobe::Lambert(0.8)],
         "GGX 0.5" => ggx([0.5; 2]),
         "GGX 0.2" => ggx([0.2; 2]),
+        "GGX 0.1" => ggx([0.1; 2]),
         "GGX 0.05" => ggx([0.05; 2]),
+        "GGX 0.02" => ggx([0.02; 2]),
+        "mix of GGX 0.3 and 0.05" => vec![Lobe::Ggx([0.3; 2], 0.9), Lobe::Ggx([0.05; 2], 0.9)],
         "mix" => vec![Lobe::Lambert(0.5), Lobe::Ggx([0.1; 2], 0.04)],
         "transmission" => vec![Lobe::Through([0.2; 2], 1.5)],
         _ => ggx([0.3, 0.05]),
@@ -77,13 +80,13 @@ fn blocked(spheres: &[(Vec3, f32); 6], wi: Vec3) -> bool {
 }
 
 /// By number of hits, view and metric: the variance of each group of seeds, times the hits.
-type Variances = Vec<[[Vec<f64>; METRICS.len()]; VIEWS.len()]>;
+pub type Variances = Vec<[[Vec<f64>; METRICS.len()]; VIEWS.len()]>;
 
 /// A direction and its weight, or none.
-type Drawn = Option<([f32; 3], f32)>;
+pub type Drawn = Option<([f32; 3], f32)>;
 
 /// Those of the estimates that a call answers for points.
-fn variances(
+pub fn variances(
     lit: &Lit,
     material: &str,
     own: &raw::wis_material,
@@ -152,20 +155,20 @@ fn compared(lit: &Lit, material: &str, candidates: usize, effort: (usize, usize,
 }
 
 /// A ratio with its interval, in each metric.
-type Ratios = [[f64; 3]; METRICS.len()];
+pub type Ratios = [[f64; 3]; METRICS.len()];
 
-fn ratios([old, new]: [&[Vec<f64>; METRICS.len()]; 2]) -> Ratios {
+pub fn ratios([old, new]: [&[Vec<f64>; METRICS.len()]; 2]) -> Ratios {
     [0, 1].map(|metric| bootstrap_ratio(&old[metric], &new[metric]))
 }
 
 /// The ratios of a map for one material, number of candidates, view and number of hits.
-struct Cell<'a> {
-    lit: &'a Lit,
-    material: &'static str,
-    candidates: usize,
-    view: usize,
-    hits: usize,
-    ratios: Ratios,
+pub struct Cell<'a> {
+    pub lit: &'a Lit,
+    pub material: &'static str,
+    pub candidates: usize,
+    pub view: usize,
+    pub hits: usize,
+    pub ratios: Ratios,
 }
 
 /// The maps of a cell.
@@ -202,13 +205,17 @@ fn grouped(head: &[&str], cells: &[&Cell], words: impl Fn(&Cell) -> Vec<String>)
     for (words, group) in groups {
         let numbers = [0, 1].map(|metric| {
             let mean = geometric(group.iter().map(|cell| cell.ratios[metric][0]));
-            let least = group.iter().min_by(|a, b| a.ratios[metric][0].total_cmp(&b.ratios[metric][0]));
-            let least = least.map(|cell| format!("{} {}", printed(cell.ratios[metric]), cell.lit.light.name));
-            [format!("{mean:.2}"), least.unwrap_or_default()]
+            [format!("{mean:.2}"), least(&group, metric)]
         });
         table.row(words, numbers.into_iter().flatten());
     }
     table
+}
+
+/// The least ratio of a group with its interval and map.
+pub fn least(group: &[&Cell], metric: usize) -> String {
+    let least = group.iter().min_by(|a, b| a.ratios[metric][0].total_cmp(&b.ratios[metric][0]));
+    least.map(|cell| format!("{} {}", printed(cell.ratios[metric]), cell.lit.light.name)).unwrap_or_default()
 }
 
 /// The tables, what is reached first; every cell goes into a file beside the page.

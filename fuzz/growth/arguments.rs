@@ -4,31 +4,6 @@ use crate::world::{Values, World, directions, numbers};
 use std::ffi::{c_int, c_void};
 use wis_fuzz::header::{Function, Parameter};
 
-/// What rows do not set.
-pub const DEFAULTS: [(&str, f64); 21] = [
-    ("texels", 2048.0),
-    ("rays", 16.0),
-    ("candidates", 0.0),
-    ("lobes", 4.0),
-    ("pixels", 1024.0),
-    ("axes", 2.0),
-    ("lights", 64.0),
-    ("places", 16.0),
-    ("elements", 256.0),
-    ("seed", 1.0),
-    ("light", 0.0),
-    ("cell", 1.0),
-    ("threshold", 0.0),
-    ("bound", 0.1),
-    ("average", 1.0),
-    ("brdf_average", 1.0),
-    ("first", 0.0),
-    ("source", 0.0),
-    ("trees", 1.0),
-    ("count", 1.0),
-    ("pass", 0.0),
-];
-
 const UP: [f32; 3] = [0.0, 0.0, 1.0];
 const SLANTED: [f32; 3] = [0.6, 0.0, 0.8];
 

@@ -1,7 +1,6 @@
 //! Calls by the names of their parameters. What is not given follows from the header: strides, diagnostics and inputs are 0, outputs and
 //! handles have room of their own, and blocks are as long as the size query says.
 
-use crate::arguments::DEFAULTS;
 use crate::count;
 use anyhow::Result;
 use std::collections::BTreeMap;
@@ -23,7 +22,9 @@ pub struct World {
     addresses: BTreeMap<String, usize>,
     only: String,
     counted: usize,
-    /// What the row sets, and n.
+    /// What rows do not set.
+    defaults: Vec<(String, String)>,
+    /// What the row sets, then the defaults; and n.
     settings: Vec<(String, String)>,
     size: f64,
     blocks: Vec<Vec<u128>>,
@@ -39,9 +40,10 @@ impl World {
     pub fn new(library: &str, only: &str) -> Result<World> {
         let headers = Headers::read();
         let addresses = addresses(library, &headers)?;
-        let (kept, kept_blocks, blocks, settings) = (BTreeMap::new(), Vec::new(), Vec::new(), Vec::new());
-        let (only, counted, size, sizes) = (only.into(), 0, 0.0, [0; 2]);
-        Ok(World { headers, addresses, only, counted, settings, size, blocks, kept, kept_blocks, sizes })
+        let (kept, kept_blocks, blocks) = (BTreeMap::new(), Vec::new(), Vec::new());
+        let (only, counted, size, sizes, defaults) = (only.into(), 0, 0.0, [0; 2], Vec::new());
+        let settings = Vec::new();
+        Ok(World { headers, addresses, only, counted, defaults, settings, size, blocks, kept, kept_blocks, sizes })
     }
 
     /// What `make` answers, made at the first call with that name: what no later call writes.
@@ -59,19 +61,23 @@ impl World {
 
     /// Measures a function at each size of an input, as a row of curves.txt has it.
     pub fn curve(&mut self, row: &str) {
+        let setting = |word: &str| word.split_once('=').map(|(name, value)| (name.to_string(), value.to_string()));
+        let all = |words: &str| words.split_whitespace().map(|word| setting(word).expect(row)).collect::<Vec<_>>();
+        if let Some(words) = row.strip_prefix("defaults;") {
+            self.defaults = all(words);
+            return;
+        }
         let columns: Vec<&str> = row.split(';').map(str::trim).collect();
         let [function, input, grows, sizes, settings] = columns[..] else { panic!("{row}") };
         if !function.contains(&self.only) {
             return;
         }
-        let setting = |word: &str| word.split_once('=').map(|(name, value)| (name.to_string(), value.to_string()));
-        self.settings = settings.split_whitespace().map(|word| setting(word).expect(row)).collect();
         let declared = self.headers.functions.iter().find(|declared| declared.name == function).expect(row);
-        let is_known = |name: &str| declared.has(name) || name.contains('.') || name == "order";
-        assert!(
-            self.settings.iter().all(|(name, _)| is_known(name) || DEFAULTS.iter().any(|of| of.0 == name)),
-            "{row}"
-        );
+        let is_known = |name: &str| declared.has(name) || name.contains('.') || matches!(name, "order" | "source");
+        self.settings = all(settings);
+        let is_default = |name: &String| self.defaults.iter().any(|of| of.0 == *name);
+        assert!(self.settings.iter().all(|(name, _)| is_known(name) || is_default(name)), "{row}");
+        self.settings.extend(self.defaults.iter().cloned());
         for size in sizes.split_whitespace().map(|size| size.parse::<f64>().expect(row)) {
             self.blocks.clear();
             self.size = size;
@@ -107,8 +113,7 @@ impl World {
 
     /// What the row, or else the defaults, set: a number, n or a part of it, or a constant.
     pub fn setting(&self, name: &str) -> Option<f64> {
-        let default = || DEFAULTS.iter().find(|default| default.0 == name).map(|default| default.1);
-        self.word(name).map(|text| self.value(text)).or_else(default)
+        self.word(name).map(|text| self.value(text))
     }
 
     fn value(&self, text: &str) -> f64 {

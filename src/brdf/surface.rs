@@ -313,6 +313,20 @@ impl Surface {
             all.add(|_: [F; 3]| F::splat(1.0));
         }
         // Copies: what is written must not be what is read here, or it would be read for each register again.
+        if let (
+            [
+                Some(base @ Lobe { shape: LobeShape::Lambert(side), .. }),
+                Some(coat @ Lobe { shape: LobeShape::Ggx(ggx), .. }),
+                ..,
+            ],
+            2,
+        ) = (&self.lobes, self.count)
+        {
+            // Plastic.
+            let (base, side, coat, ggx) = (*base, *side, *coat, *ggx);
+            all.last = true;
+            return all.add(|wi| base.diffuse(side, wi).0 + coat.glossy(&ggx.reflect(wi)).0);
+        }
         for (index, &lobe) in self.lobes().enumerate() {
             (all.first, all.last) = (index == 0, index + 1 == self.count);
             match &lobe.shape {

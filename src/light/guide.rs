@@ -87,7 +87,7 @@ pub struct Guide<'a> {
     cells: usize,
     corner_count: usize,
     /// Of each cell x, then y, then z of the middles of its parts, row by row; then their borders. First, so that no cell begins inside a line.
-    parts: &'a [Short],
+    parts: &'a [[Short; OF_PARTS]],
     /// The light of each cell.
     masses: &'a [[f32; GROUP]],
     /// [`COLUMNS`] numbers of groups of cells, column by column.
@@ -126,7 +126,7 @@ impl<'a> Guide<'a> {
             face_grid: [grid[0] as usize, grid[1] as usize / faces.max(1) as usize],
             cells: grid[0] as usize * grid[1] as usize,
             corner_count: corner_count(grid, faces),
-            parts: of(0, parts),
+            parts: bytemuck::try_cast_slice(of(0, parts)).unwrap_or(&[]),
             masses: bytemuck::try_cast_slice(of(parts, masses)).unwrap_or(&[]),
             columns: bytemuck::try_cast_slice(of(masses, columns)).unwrap_or(&[]),
             corners: of(columns, corners),
@@ -153,7 +153,7 @@ impl<'a> Guide<'a> {
     /// The directions of the middles of a cell's parts, x, y and z; then the borders of the parts.
     #[inline(always)]
     pub fn parts(&self, cell: usize) -> &'a [Short; OF_PARTS] {
-        self.parts.get(OF_PARTS * cell..).and_then(|rest| rest.first_chunk()).unwrap_or(&[0; OF_PARTS])
+        self.parts.get(cell).unwrap_or(&[0; OF_PARTS])
     }
 
     /// The directions of the middles of a cell's parts: x, y and z.

@@ -591,11 +591,11 @@ fn places_of<F: Num>(first: usize) -> [F; 2] {
     [F::each(|lane| (lane % PARTS) as f32), row]
 }
 
-/// How a number changes over the parts of a cell from part `first` on, along columns and rows.
+/// How a number changes from the middles to the borders of the parts of a cell from part `first` on, along columns and rows.
 #[inline(always)]
-fn slopes<F: Num>(at: impl Fn(usize) -> F, [column, row]: [F; 2]) -> [F; 2] {
+fn half_slopes<F: Num>(at: impl Fn(usize) -> F, [column, row]: [F; 2]) -> [F; 2] {
     let value = at(PARTS);
-    [slope::<F>(at(PARTS - 1), value, at(PARTS + 1), column), slope::<F>(at(0), value, at(2 * PARTS), row)]
+    [half_slope::<F>(at(PARTS - 1), value, at(PARTS + 1), column), half_slope::<F>(at(0), value, at(2 * PARTS), row)]
 }
 
 /// F at the corners of the parts of a cell from part `first` on: the middle's value with the slopes to its neighbours. Then the least value
@@ -604,7 +604,7 @@ fn slopes<F: Num>(at: impl Fn(usize) -> F, [column, row]: [F; 2]) -> [F; 2] {
 fn parts_from<F: Num>(middles: &Middles, first: usize, place: [F; 2], least: F, kept: F) -> (Corners<F>, F) {
     let at = |further: usize| F::at(middles, first + further);
     let value = at(PARTS);
-    let [across, down] = slopes(at, place).map(|slope| slope * 0.5);
+    let [across, down] = half_slopes(at, place);
     let highest = value + F::splat(REACH) * (across.abs() + down.abs());
     let is_dark = F::and(is_wasted::<F>(value, least), highest.le(F::splat(0.0)));
     (beside(value, [across, down]), F::select(is_dark, kept, least))
@@ -617,18 +617,15 @@ fn beside<F: Num>(middle: F, [across, down]: [F; 2]) -> [F; 4] {
     [left - down, right - down, left + down, right + down]
 }
 
-/// The slope over a part: at either end of a cell to the only neighbour; elsewhere the mean of both, but at most twice the smaller,
+/// Half the slope over a part: at either end of a cell to the only neighbour; elsewhere the mean of both, but at most twice the smaller,
 /// so that a jump on one side does not overshoot on the other (van Leer 1977).
 #[inline(always)]
-fn slope<F: Num>(before: F, value: F, behind: F, place: F) -> F {
-    let zero = F::splat(0.0);
+fn half_slope<F: Num>(before: F, value: F, behind: F, place: F) -> F {
+    let (zero, last) = (F::splat(0.0), F::splat(PARTS as f32 - 1.0));
     let (left, right) = (value - before, behind - value);
-    let half_of_mean = (left + right) * 0.25;
-    // One of the two is 0.
-    let half = half_of_mean.min(left.min(right)).max(zero) + half_of_mean.max(left.max(right)).min(zero);
-    let limited = half + half;
-    let last = F::splat(PARTS as f32 - 1.0).le(place);
-    F::select(place.le(zero), right, F::select(last, left, limited))
+    let (left, right) = (F::select(place.le(zero), right, left), F::select(last.le(place), left, right));
+    // One of the two limits is 0.
+    ((left + right) * 0.25).min(left.min(right).max(zero)).max(left.max(right).min(zero))
 }
 
 /// F before it is stored, in the unit of what leaves hold.
@@ -1048,7 +1045,7 @@ impl<F: Num> Apart<F> for Quadrants<'_, '_> {
                 let beside_them = kept.get(MIDDLES * axis + first..).and_then(|kept| kept.first_chunk());
                 let beside_them: &[Short; 2 * PARTS + GROUP] = beside_them.unwrap_or(&[0; 2 * PARTS + GROUP]);
                 let at = |further: usize| F::shorts(beside_them.get(further..).unwrap_or(&[]));
-                *out = beside(at(PARTS), slopes(at, columns_and_rows).map(|slope| slope * 0.25));
+                *out = beside(at(PARTS), half_slopes(at, columns_and_rows).map(|half| half * 0.5));
             }
             let [x, y, z] = &axes;
             for (quadrant, ((&x, &y), &z)) in x.iter().zip(y).zip(z).enumerate() {

@@ -33,13 +33,13 @@ pub fn sqrt(x: f32) -> f32 {
 
 /// The smaller of two numbers, by comparison; `b` if either is NaN.
 #[inline(always)]
-pub fn min(a: f32, b: f32) -> f32 {
+pub fn min<T: PartialOrd>(a: T, b: T) -> T {
     if a < b { a } else { b }
 }
 
 /// The larger of two numbers, by comparison; `b` if either is NaN.
 #[inline(always)]
-pub fn max(a: f32, b: f32) -> f32 {
+pub fn max<T: PartialOrd>(a: T, b: T) -> T {
     if a > b { a } else { b }
 }
 

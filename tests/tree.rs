@@ -34,12 +34,12 @@ fn check_averages<const N: usize, const C: usize>(depth: u32) {
     let stored = Stored::<C>::complete::<N>(depth, &pixels);
     let scale = 2f64.powi(stored.exponent);
     for level in 0..depth {
-        let first = tree::complete_len::<C>(level).unwrap();
+        let first = tree::complete_len(C, level).unwrap();
         for m in 0..1u32 << (N as u32 * level) {
             for c in 0..C as u32 {
                 let t = decode::<N>(u64::from(m * C as u32 + c), level + 1);
                 let expected = naive_average(&pixels, depth, level + 1, t);
-                let value = f64::from(stored.squares[(first + m) as usize][c as usize]) * scale;
+                let value = f64::from(stored.squares[first + m as usize][c as usize]) * scale;
                 assert!((value - expected).abs() <= expected * stored::EPS, "{value} {expected}");
             }
         }
@@ -67,12 +67,12 @@ fn morton_codes_invert() {
 
 #[test]
 fn complete_lengths() {
-    assert_eq!(tree::complete_len::<4>(0), Some(0));
-    assert_eq!(tree::complete_len::<4>(2), Some(5));
-    assert_eq!(tree::complete_len::<4>(12), Some(5_592_405));
-    assert_eq!(tree::complete_len::<16>(8), Some(286_331_153));
-    assert_eq!(tree::complete_len::<16>(9), None);
-    assert_eq!(tree::complete_len::<2>(13), None);
+    assert_eq!(tree::complete_len(4, 0), Some(0));
+    assert_eq!(tree::complete_len(4, 2), Some(5));
+    assert_eq!(tree::complete_len(4, 12), Some(5_592_405));
+    assert_eq!(tree::complete_len(16, 8), Some(286_331_153));
+    assert_eq!(tree::complete_len(16, 9), None);
+    assert_eq!(tree::complete_len(2, 13), None);
 }
 
 #[test]
@@ -193,7 +193,7 @@ fn truncation_of_whole_squares_keeps_the_sign() {
 fn truncated(complete: &Stored<4>, keep: &serde_json::Value) -> Stored<4> {
     let number = |row: &serde_json::Value| {
         let [level, i, j] = std::array::from_fn(|k| integer(&row[k]));
-        tree::complete_len::<4>(level).unwrap() as usize + morton::encode([i, j], level) as usize
+        tree::complete_len(4, level).unwrap() as usize + morton::encode([i, j], level) as usize
     };
     let mut savings = vec![-1.0; complete.squares.len()];
     let mut rooted = 0;

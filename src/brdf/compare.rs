@@ -224,7 +224,7 @@ fn lobes_at(surface: &Surface, seen: &[Seen]) -> [[f32; WIDTH]; 3] {
         }
     }
     let local = surface.to_local(columns.map(Four::load));
-    let (value, pdf) = surface.eval(local);
+    let (value, pdf) = surface.eval_apart(local);
     // From below some lobes keep their formulas, but a wo that points there is what most often is wrong.
     let value = if surface.wo()[2] > 0.0 { value } else { Four::splat(0.0) };
     [value, pdf, local[2]].map(Num::store)

@@ -367,6 +367,13 @@ impl Surface {
         ((value * factor).min(F::splat(f32::MAX)), pdf)
     }
 
+    /// [`Surface::eval`], apart whatever the lobes: for calls that a renderer makes while it is written.
+    pub fn eval_apart<F: Num>(&self, wi: [F; 3]) -> (F, F) {
+        let factor = if self.cosine_included { F::splat(1.0) } else { wi[2].abs() };
+        let (value, pdf) = F::apart(Eval { surface: self, wi });
+        ((value * factor).min(F::splat(f32::MAX)), pdf)
+    }
+
     /// [`Surface::eval`] of any lobes, but for the cosine.
     #[inline(always)]
     fn eval_all<F: Num>(&self, wi: [F; 3]) -> (F, F) {

@@ -9,6 +9,7 @@ use crate::light::chart::Layout;
 use crate::light::pixels::Pixels;
 use crate::lights::jitter::{Config as TableConfig, Header, Jitter as Table, order};
 use crate::lights::{Map, strata};
+use crate::numeric::is_float;
 use crate::sample::Sample;
 use crate::sphere::Frame;
 use crate::status::{Error, Status};
@@ -295,31 +296,27 @@ unsafe fn read<'a>(
     config: *const StrataConfig,
 ) -> Checked<(strata::Config, Map, PixelRows<'a>)> {
     // SAFETY: the caller's contract.
-    let (map, rows, given, exponents) = unsafe {
-        let (map, rows) = read_map(map)?;
-        let given = sized(config, 2)?;
-        let exponents = match given.exponents.is_null() {
-            true => &[1.0, 0.25],
-            false => slice(given.exponents, 2, 2).map_err(|at| at.of(c"exponents"))?,
-        };
-        (map, rows, given, exponents)
-    };
-    let limit = if given.angle_limit == 0.0 { 0.01 } else { given.angle_limit };
+    let ((map, rows), given) = unsafe { (read_map(map)?, sized(config, 2)?) };
+    let [width, height] = map.size;
+    let mut config = strata::Config::new(width, height, given.count);
+    if !given.exponents.is_null() {
+        // SAFETY: the caller's contract.
+        let exponents = unsafe { *borrow(given.exponents.cast::<[f32; 2]>(), 2).map_err(|at| at.of(c"exponents"))? };
+        [config.radiance_exponent, config.angle_exponent] = exponents.map(f64::from);
+    }
+    if given.angle_limit != 0.0 {
+        config.angle_limit = given.angle_limit.into();
+    }
+    if given.levels != 0 {
+        config.levels = given.levels;
+    }
+    let in_range = |exponent: &f64| (0.0..=8.0).contains(exponent);
     Error::first([
-        (given.levels <= 64, c"levels"),
-        (limit > 0.0 && limit <= f32::MAX, c"angle_limit"),
-        (exponents.iter().all(|exponent| (0.0..=8.0).contains(exponent)), c"exponents"),
+        (config.levels <= 64, c"levels"),
+        (config.angle_limit > 0.0 && is_float(config.angle_limit), c"angle_limit"),
+        ([config.radiance_exponent, config.angle_exponent].iter().all(in_range), c"exponents"),
     ])
     .map_err(|error| error.instead(2))?;
-    let exponent = |i: usize| exponents.get(i).map_or(0.0, |&exponent| f64::from(exponent));
-    let [width, height] = map.size;
-    let config = strata::Config {
-        levels: if given.levels == 0 { 6 } else { given.levels },
-        radiance_exponent: exponent(0),
-        angle_exponent: exponent(1),
-        angle_limit: if given.angle_limit == 0.0 { 0.01 } else { f64::from(limit) },
-        ..strata::Config::new(width, height, given.count)
-    };
     if config.texels() >= u32::MAX as usize {
         return Err(Error::new(Status::Overflow, 1).of(c"height"));
     }

@@ -948,10 +948,10 @@ impl Field<'_> {
             before = [before[0] + sum[0], before[1] + sum[1]];
             let at = span.border(i + 1);
             let share = f64::from(at - span.ends[0]) * per_unit;
-            let behind = [all[0] - before[0], all[1] - before[1]].map(|x| larger(x, 0.0));
+            let behind = [all[0] - before[0], all[1] - before[1]].map(|x| max(x, 0.0));
             // No side has more strata than units.
-            let [least, most] = [larger(strata - units * (1.0 - share), 1.0), smaller(units * share, last)];
-            let count = rounded(larger(smaller(before[0] * per_mass, most), least));
+            let [least, most] = [max(strata - units * (1.0 - share), 1.0), min(units * share, last)];
+            let count = rounded(max(min(before[0] * per_mass, most), least));
             let areas = [whole * share, whole * (1.0 - share)];
             let sides =
                 [(count, areas[0] * before[1], before[0]), (node.count - count, areas[1] * behind[1], behind[0])];
@@ -1014,16 +1014,6 @@ pub fn are_sound(light: &Light<'_>) -> bool {
         width > 0 && rows > 0 && fits
     });
     sound && COUNTS.contains(&light.strata.len()) && sum as f64 == all
-}
-
-/// The larger of two numbers, by comparison; `b` if `a` is NaN.
-fn larger(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
-}
-
-/// The smaller of two numbers, likewise.
-fn smaller(a: f64, b: f64) -> f64 {
-    if a < b { a } else { b }
 }
 
 /// The nearest whole number.

@@ -4,7 +4,7 @@
 //! Section 4.1; Ng et al. 2004, Section 5.3). Floats that are not negative are ordered as their bits, so that a bisection of
 //! 33 visits of each square finds the smallest coefficient that is kept, without memory.
 
-use crate::numeric::{exp2i, is_float, times_power};
+use crate::numeric::{exp2i, is_float, max, times_power};
 use crate::status::{Result, Status};
 use crate::wavelets::morton::MAX_DEPTH;
 use crate::wavelets::tree::Tree;
@@ -97,7 +97,7 @@ pub fn terms(tree: &Tree<4>, error: f64) -> u32 {
                 (count, kept) = (count + 1, kept + energy);
             }
         });
-        (count, not_negative(all - mean - kept), all)
+        (count, max(all - mean - kept, 0.0), all)
     };
     let (_, _, all) = above(0);
     let allowed = error * error * all;
@@ -106,12 +106,8 @@ pub fn terms(tree: &Tree<4>, error: f64) -> u32 {
     // Of those that are just as large as the last one some may still go.
     let each = f64::from(f32::from_bits(low)) * f64::from(f32::from_bits(low));
     let ties = count - above(low + 1).0;
-    let spare = if each > 0.0 { (not_negative(allowed - lost) / each) as u32 } else { 0 };
+    let spare = if each > 0.0 { (max(allowed - lost, 0.0) / each) as u32 } else { 0 };
     count - spare.min(ties)
-}
-
-fn not_negative(x: f64) -> f64 {
-    if x > 0.0 { x } else { 0.0 }
 }
 
 /// How many of a tree's wavelets have an orthonormal coefficient of at least `threshold`, in the units of the input, of

@@ -36,11 +36,7 @@ impl Config {
 
     /// The squares of the complete tree.
     fn complete(&self) -> Option<usize> {
-        let squares = match self.dimensions {
-            2 => complete_len::<4>(self.depth),
-            _ => complete_len::<16>(self.depth),
-        };
-        squares.map(|squares| squares as usize)
+        complete_len(1 << self.dimensions, self.depth)
     }
 
     /// The memory of a build at most; `None` if none is as long.
@@ -124,7 +120,7 @@ pub fn build<const N: usize, const C: usize>(
     squares: &mut [[f32; C]],
 ) -> status::Result<Scale> {
     const { assert!(C == 1 << N, "a square of n axes has 2^n children") };
-    if tree::complete_len::<C>(depth).map(|len| len as usize) != Some(squares.len()) {
+    if complete_len(C, depth) != Some(squares.len()) {
         return Err(Status::InvalidArgument);
     }
     let mut single = [0.0];

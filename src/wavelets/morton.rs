@@ -7,11 +7,8 @@ use crate::status::{Result, Status};
 pub const MAX_DEPTH: u32 = 12;
 
 /// The number of cells of a grid of `n` axes; `None` if it does not fit a `usize`.
-pub const fn cells(n: u32, depth: u32) -> Option<usize> {
-    match n.checked_mul(depth) {
-        Some(bits) => 1usize.checked_shl(bits),
-        None => None,
-    }
+pub fn cells(n: u32, depth: u32) -> Option<usize> {
+    1usize.checked_shl(n.checked_mul(depth)?)
 }
 
 /// The Morton code of cell `t`; n depth must be at most 64 bits.

@@ -28,7 +28,7 @@ pub struct Pruning {
 /// [`Status::InvalidArgument`] if the tree is not complete, `savings` has not one entry per square, or the budget
 /// is negative or NaN.
 pub fn plan<const C: usize>(tree: &Tree<C>, budget: f64, savings: &mut [f64]) -> Result<Pruning> {
-    let complete = complete_len::<C>(tree.depth()).map(|len| len as usize) == Some(tree.squares().len());
+    let complete = complete_len(C, tree.depth()) == Some(tree.squares().len());
     if !complete || !tree.links().is_empty() || savings.len() != tree.squares().len() || budget.is_nan() || budget < 0.0
     {
         return Err(Status::InvalidArgument);
@@ -91,11 +91,6 @@ struct Complete<'a> {
 }
 
 impl Complete<'_> {
-    /// The squares of so many levels.
-    fn squares(&self, levels: u32) -> usize {
-        (0..levels).fold(0, |squares, _| squares * self.children + 1)
-    }
-
     /// The averages of the children of a square.
     fn square(&self, square: usize) -> &[f32] {
         let first = square * self.children;
@@ -132,7 +127,7 @@ impl Complete<'_> {
         for square in (0..costs.len()).rev() {
             if square < level_first {
                 level = level.saturating_sub(1);
-                level_first = self.squares(level);
+                level_first = complete_len(self.children, level).unwrap_or(0);
                 weight *= count;
             }
             let children = self.square(square);
@@ -179,7 +174,8 @@ impl Complete<'_> {
     /// Finds the best tree at a price per square; `visit` receives the cost of each square and what keeping it saves.
     /// The squares come in the order in which a depth-first walk finishes them, so one sum per level is enough.
     fn prune(&self, price: f64, costs: &mut [f64], visit: &impl Fn(&mut f64, f64)) -> Pruning {
-        let finest = self.depth.checked_sub(1).map_or(costs.len(), |coarser| self.squares(coarser));
+        let finest =
+            self.depth.checked_sub(1).and_then(|coarser| complete_len(self.children, coarser)).unwrap_or(costs.len());
         let mut open = [Pruning::default(); MAX_DEPTH as usize];
         let mut best = Pruning::default();
         for first in finest..costs.len() {

@@ -5,7 +5,7 @@
 //! is sampled, whose pdf is told and whose averages are stored.
 
 use crate::blob::Size;
-use crate::numeric::{exp2i, exponent};
+use crate::numeric::{exp2i, exponent, max};
 use crate::status::Status;
 use crate::wavelets::morton::MAX_DEPTH;
 use crate::wavelets::stored::{AnyTree, Built, Facts, Header, Parts, mean_of, store};
@@ -62,9 +62,9 @@ pub fn size(list: &[Wavelets]) -> Option<Size> {
 /// [`Built`]; [`Status::InvalidArgument`], if values are too large beside the average.
 pub fn build_in(set: Sparse, least: f64, memory: &mut [u8]) -> Built<Header> {
     // -0 counts as 0, or it would be stored.
-    let least = max_f64(least, 0.0);
+    let least = max(least, 0.0);
     store(memory, AXES, squares(set.wavelets), |averages, links| {
-        let raised = max_f64(set.average, least);
+        let raised = max(set.average, least);
         let power = if raised > 0.0 { exponent(raised).clamp(-1000, 1000) } else { 0 };
         let mean = to_tree(set, least, exp2i(-power), averages, links);
         let (depth, average) = (depth(set.wavelets), mean as f32);
@@ -86,7 +86,7 @@ pub fn to_tree(set: Sparse, least: f64, scale: f64, averages: &mut [f32], links:
         for (position, square) in above(set.wavelets, level).zip(&mut squares) {
             let children = way.below((position, level));
             for (average, child) in square.iter_mut().zip(children) {
-                *average = (max_f64(child, least) * scale) as f32;
+                *average = (max(child, least) * scale) as f32;
             }
         }
     }
@@ -101,17 +101,13 @@ pub fn to_tree(set: Sparse, least: f64, scale: f64, averages: &mut [f32], links:
             }
         }
     }
-    mean(averages, 0).unwrap_or(max_f64(set.average, least) * scale)
+    mean(averages, 0).unwrap_or(max(set.average, least) * scale)
 }
 
 /// The average of a square from those of its children.
 fn mean(averages: &[f32], square: usize) -> Option<f64> {
     let children = averages.get(4 * square..4 * (square + 1))?;
     Some(children.iter().map(|&x| f64::from(x)).sum::<f64>() / 4.0)
-}
-
-fn max_f64(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
 }
 
 /// Writes where the children of each square stand, level by level.

@@ -58,13 +58,8 @@ impl Split {
 #[cold]
 fn extreme(lower: f32, upper: f32) -> f32 {
     match (lower > 0.0, upper > 0.0) {
-        (true, true) => {
-            if lower < upper {
-                SMALLEST_SPLIT
-            } else {
-                ONE_MINUS_EPSILON
-            }
-        }
+        (true, true) if lower < upper => SMALLEST_SPLIT,
+        (true, true) => ONE_MINUS_EPSILON,
         (true, false) => 1.0,
         (false, true) => 0.0,
         (false, false) => 0.5,

@@ -64,12 +64,10 @@ fn tangent(normal: Vec3, wo: Vec3) -> Vec3 {
         return across.cross(normal) / sqrt(across.dot(across));
     }
     let [x, y, _] = normal.to_array();
-    let least = if x.abs() < 0.5 {
-        Vec3::X
-    } else if y.abs() < 0.5 {
-        Vec3::Y
-    } else {
-        Vec3::Z
+    let least = match [x, y].map(|x| x.abs() < 0.5) {
+        [true, _] => Vec3::X,
+        [_, true] => Vec3::Y,
+        _ => Vec3::Z,
     };
     let across = normal.cross(least);
     across / sqrt(across.dot(across))

@@ -72,25 +72,11 @@ pub struct Tree<'a, const C: usize> {
     links: &'a [Link],
 }
 
-/// The number of squares of a complete tree: (C^depth - 1) / (C - 1). `None` if it exceeds 2^32 - 1 or the depth
-/// exceeds [`MAX_DEPTH`].
-pub const fn complete_len<const C: usize>(depth: u32) -> Option<u32> {
-    if depth > MAX_DEPTH {
-        return None;
-    }
-    let mut squares: u32 = 0;
-    let mut level = 0;
-    while level < depth {
-        squares = match squares.checked_mul(C as u32) {
-            Some(children) => match children.checked_add(1) {
-                Some(next) => next,
-                None => return None,
-            },
-            None => return None,
-        };
-        level += 1;
-    }
-    Some(squares)
+/// The number of squares of a complete tree whose squares have so many children: (C^depth - 1) / (C - 1). `None` if it exceeds 2^32 - 1 or
+/// the depth exceeds [`MAX_DEPTH`].
+pub fn complete_len(children: usize, depth: u32) -> Option<usize> {
+    let squares = (0..depth).try_fold(0u32, |squares, _| squares.checked_mul(children as u32)?.checked_add(1));
+    squares.map(|squares| squares as usize).filter(|_| depth <= MAX_DEPTH)
 }
 
 /// Scales values by the power of two 2^-e that brings their mean to [1, 2), and returns e; 0 if all are 0.
@@ -120,8 +106,8 @@ pub fn normalise(values: &mut [f32]) -> i32 {
 /// [`Status::InvalidArgument`] if the depth is 0 or the number of squares is not that of `depth`.
 pub fn build<const C: usize>(depth: u32, squares: &mut [[f32; C]]) -> Result<f64> {
     let coarser_levels = depth.checked_sub(1).ok_or(Status::InvalidArgument)?;
-    let first = complete_len::<C>(coarser_levels).ok_or(Status::InvalidArgument)? as usize;
-    if complete_len::<C>(depth).map(|len| len as usize) != Some(squares.len()) {
+    let first = complete_len(C, coarser_levels).ok_or(Status::InvalidArgument)?;
+    if complete_len(C, depth) != Some(squares.len()) {
         return Err(Status::InvalidArgument);
     }
     let (coarser, finest) = squares.split_at_mut_checked(first).ok_or(Status::InvalidArgument)?;
@@ -180,8 +166,7 @@ impl<'a, const C: usize> Tree<'a, C> {
     /// [`Status::InvalidArgument`] if the number of squares is not that of `depth`, [`Status::Corrupt`] if an
     /// average is not in [0, [`MAX_AVERAGE`]].
     pub fn complete(depth: u32, average: f32, squares: &'a [[f32; C]]) -> Result<Self> {
-        let expected = complete_len::<C>(depth).ok_or(Status::InvalidArgument)?;
-        if squares.len() != expected as usize {
+        if complete_len(C, depth) != Some(squares.len()) {
             return Err(Status::InvalidArgument);
         }
         let tree = Self::trusted(depth, average, squares, &[]);

@@ -114,7 +114,7 @@ pub struct Stored<const C: usize> {
 impl<const C: usize> Stored<C> {
     /// The complete tree of an image in C order.
     pub fn complete<const N: usize>(depth: u32, pixels: &[f32]) -> Self {
-        let mut squares = vec![[0.0; C]; tree::complete_len::<C>(depth).unwrap() as usize];
+        let mut squares = vec![[0.0; C]; tree::complete_len(C, depth).unwrap()];
         let scale = image::build::<N, C>(depth, pixels, &mut squares).unwrap();
         Stored { depth, exponent: scale.exponent, average: scale.average, squares, links: Vec::new() }
     }

@@ -119,7 +119,7 @@ impl<'a> Call<'a> {
         const KEPT: usize = 64;
         let mut bytes = self.bytes(name).to_vec();
         if name == "sampler" {
-            bytes.iter_mut().skip(KEPT).take(size_of::<(usize, u64, Light<'_>)>()).for_each(|byte| *byte = 0);
+            bytes.iter_mut().skip(KEPT).take(size_of::<(&[u8], u64, Light<'_>)>()).for_each(|byte| *byte = 0);
         }
         bytes
     }
